@@ -1,0 +1,24 @@
+//! Points, rays and shapes: what a ray is, what a hit is, and the exact tests between them.
+//!
+//! This module imports nothing from the rest of the crate.
+
+mod aabb;
+mod hit;
+mod obb;
+mod ray;
+mod slab;
+mod sphere;
+mod triangle;
+
+pub use aabb::Aabb;
+pub use hit::{Candidate, Hit};
+pub use obb::Obb;
+pub use ray::{PreparedRay, Ray};
+pub(crate) use slab::filter_pad;
+pub use slab::{Interval, SlabRay, slab_1d};
+pub use sphere::Sphere;
+pub use triangle::{EdgeTrace, Triangle};
+
+/// Coordinates beyond this magnitude (2^100, about 1.27e30) are outside the domain: a primitive that has one is
+/// never hit, a ray whose origin has one hits nothing. Inside it no difference of two coordinates overflows.
+pub const MAX_COORDINATE: f32 = 1_267_650_600_228_229_401_496_703_205_376.0;

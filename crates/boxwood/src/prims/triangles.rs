@@ -1,0 +1,50 @@
+//! Triangles with their vertices beside each other: 36 bytes each.
+
+use super::Primitives;
+use crate::geom::{Aabb, Candidate, MAX_COORDINATE, PreparedRay, Triangle};
+
+/// A list of triangles.
+#[derive(Clone, Debug, Default)]
+pub struct Triangles(pub Vec<Triangle>);
+
+impl Primitives for Triangles {
+    const FLOPS_MISS: u32 = Triangle::FLOPS_MISS;
+    const FLOPS_HIT: u32 = Triangle::FLOPS_HIT;
+    const BYTES: u32 = size_of::<Triangle>() as u32;
+
+    #[inline]
+    fn len(&self) -> usize {
+        self.0.len()
+    }
+
+    #[inline]
+    fn bounds(&self, index: usize) -> Aabb {
+        self.0[index].bounds()
+    }
+
+    /// By coordinates: the box alone would not show a NaN.
+    fn is_active(&self, index: usize) -> bool {
+        self.0[index]
+            .0
+            .iter()
+            .flatten()
+            .all(|x| x.abs() <= MAX_COORDINATE)
+    }
+
+    #[inline]
+    fn intersect(&self, index: usize, ray: &PreparedRay) -> Option<Candidate> {
+        self.0[index].intersect(ray)
+    }
+
+    fn gather(&self, order: &[u32]) -> Self {
+        Self(order.iter().map(|&i| self.0[i as usize]).collect())
+    }
+
+    fn hull(&self, index: usize, points: &mut Vec<[f32; 3]>) {
+        points.extend(self.0[index].0);
+    }
+
+    fn bytes(&self) -> usize {
+        size_of_val(self.0.as_slice())
+    }
+}

@@ -1,0 +1,65 @@
+//! The questions, and what answering them costs.
+
+mod observe;
+mod walk;
+
+pub use observe::{
+    CellVisit, Counts, NoObserver, Observer, PrimitiveTest, PrimitiveVerdict, VolumeTest,
+    VolumeVerdict,
+};
+pub use walk::{Step, Walk};
+
+use crate::geom::{Aabb, Hit, Ray};
+
+/// What every structure answers, for single rays and for slices of rays.
+///
+/// All structures give the same bits. The plain forms count nothing and pay nothing; the counted forms are separate code
+/// in the same binary. Slices are answered in order by the calling thread, with one virtual call;
+/// [`Scene`](crate::Scene) spreads them over threads.
+pub trait Query: Send + Sync {
+    /// The hit with the smallest `(t, instance, geometry, primitive)`.
+    fn closest_hit(&self, ray: &Ray) -> Option<Hit>;
+
+    /// True if there is any hit in the ray's range. Stops at the first found.
+    fn occluded(&self, ray: &Ray) -> bool;
+
+    /// Replaces `hits` by all hits in the ray's range, each primitive at most once, in the order of [`Hit::order`].
+    fn all_hits(&self, ray: &Ray, hits: &mut Vec<Hit>);
+
+    /// [`Query::closest_hit`] for each ray. The slices are walked together; the longer one's rest is left alone.
+    fn closest_hits(&self, rays: &[Ray], hits: &mut [Option<Hit>]);
+
+    /// [`Query::occluded`] for each ray.
+    fn occluded_each(&self, rays: &[Ray], occluded: &mut [bool]);
+
+    /// [`Query::closest_hit`], adding its work to `counts`.
+    fn closest_hit_counted(&self, ray: &Ray, counts: &mut Counts) -> Option<Hit>;
+
+    /// [`Query::occluded`], adding its work to `counts`.
+    fn occluded_counted(&self, ray: &Ray, counts: &mut Counts) -> bool;
+
+    /// [`Query::all_hits`], adding its work to `counts`.
+    fn all_hits_counted(&self, ray: &Ray, hits: &mut Vec<Hit>, counts: &mut Counts);
+
+    /// How [`Query::closest_hit`] comes to its answer, step by step.
+    fn explain(&self, ray: &Ray) -> Walk;
+
+    /// Calls `visit` for every node (of a grid: for every cell that is not empty), parents first.
+    fn for_each_node(&self, visit: &mut dyn FnMut(NodeInfo));
+
+    /// Memory of the structure with its copy of the primitives, in bytes.
+    fn bytes(&self) -> usize;
+}
+
+/// A node as statistics and drawings see it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NodeInfo {
+    /// Number, as in the steps of a [`Walk`].
+    pub node: u32,
+    /// 0 for the root.
+    pub depth: u32,
+    /// The box around the node's volume.
+    pub bounds: Aabb,
+    /// Primitives of a leaf; `None` for an inner node.
+    pub prims: Option<u32>,
+}

@@ -1,0 +1,170 @@
+//! Watching a query at work. The watcher is a type parameter: the one that ignores everything compiles to nothing.
+
+use crate::geom::Candidate;
+use std::ops::{Add, AddAssign};
+
+/// Told of every test that a query makes.
+pub trait Observer {
+    /// A ray is asked about.
+    fn ray(&mut self) {}
+    /// A volume was tested, or a node was dropped without a test.
+    fn volume(&mut self, _test: VolumeTest) {}
+    /// A grid cell was entered.
+    fn cell(&mut self, _visit: CellVisit) {}
+    /// A primitive was tested.
+    fn primitive(&mut self, _test: PrimitiveTest) {}
+}
+
+/// One bounding volume against the ray.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct VolumeTest {
+    /// Number of the node.
+    pub node: u32,
+    /// Where the ray enters the volume, in `t`.
+    pub near: f32,
+    /// Where it leaves; before `near` for a miss.
+    pub far: f32,
+    /// What follows.
+    pub verdict: VolumeVerdict,
+    /// Operations spent.
+    pub flops: u32,
+    /// Memory read.
+    pub bytes: u32,
+}
+
+/// Why a node is looked into or not.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum VolumeVerdict {
+    /// The ray meets the volume: its content is asked.
+    Enter,
+    /// The line misses the volume, or meets it only outside the ray's range.
+    Miss,
+    /// The volume begins behind the closest hit so far.
+    Farther,
+    /// It was to be entered, but by its turn a closer hit was known. No test: 0 operations.
+    Dropped,
+}
+
+/// One cell of the uniform grid on the ray's way.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CellVisit {
+    /// Column, row, layer.
+    pub cell: [u32; 3],
+    /// Where the ray enters, in `t`.
+    pub enter: f64,
+    /// The lecture's constant offset: `t` between two faces of each axis.
+    pub t_delta: [f64; 3],
+    /// `t` of the next face of each axis. The smallest is where the ray goes on.
+    pub t_next: [f64; 3],
+    /// References in the cell.
+    pub prims: u32,
+    /// Operations of the step.
+    pub flops: u32,
+    /// Memory read.
+    pub bytes: u32,
+}
+
+/// One primitive against the ray.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PrimitiveTest {
+    /// Number in the scene.
+    pub prim: u32,
+    /// What the test found in the ray's range.
+    pub candidate: Option<Candidate>,
+    /// What follows.
+    pub verdict: PrimitiveVerdict,
+    /// Operations spent.
+    pub flops: u32,
+    /// Memory read.
+    pub bytes: u32,
+}
+
+/// What a primitive test means for the answer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PrimitiveVerdict {
+    /// Not hit in the ray's range.
+    Miss,
+    /// Hit, but not before the best so far.
+    Farther,
+    /// The new best.
+    Closest,
+}
+
+/// Ignores everything.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct NoObserver;
+
+impl Observer for NoObserver {}
+
+/// The work of queries, added up.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counts {
+    /// Rays asked about.
+    pub rays: u64,
+    /// Nodes or grid cells looked into.
+    pub nodes: u64,
+    /// Bounding volume tests.
+    pub boxes: u64,
+    /// Primitive tests.
+    pub prims: u64,
+    /// Floating-point operations: additions, subtractions, products, quotients, roots and comparisons of the tests
+    /// above, by the constants that stand beside each test. Preparing a ray is not counted.
+    pub flops: u64,
+    /// Bytes of nodes, cells, references and primitives read, whether cached or not.
+    pub bytes: u64,
+}
+
+impl Observer for Counts {
+    #[inline]
+    fn ray(&mut self) {
+        self.rays += 1;
+    }
+
+    #[inline]
+    fn volume(&mut self, test: VolumeTest) {
+        self.nodes += u64::from(test.verdict == VolumeVerdict::Enter);
+        self.boxes += u64::from(test.verdict != VolumeVerdict::Dropped);
+        self.flops += u64::from(test.flops);
+        self.bytes += u64::from(test.bytes);
+    }
+
+    #[inline]
+    fn cell(&mut self, visit: CellVisit) {
+        self.nodes += 1;
+        self.flops += u64::from(visit.flops);
+        self.bytes += u64::from(visit.bytes);
+    }
+
+    #[inline]
+    fn primitive(&mut self, test: PrimitiveTest) {
+        self.prims += 1;
+        self.flops += u64::from(test.flops);
+        self.bytes += u64::from(test.bytes);
+    }
+}
+
+impl AddAssign for Counts {
+    fn add_assign(&mut self, other: Self) {
+        self.rays += other.rays;
+        self.nodes += other.nodes;
+        self.boxes += other.boxes;
+        self.prims += other.prims;
+        self.flops += other.flops;
+        self.bytes += other.bytes;
+    }
+}
+
+impl Add for Counts {
+    type Output = Self;
+
+    fn add(mut self, other: Self) -> Self {
+        self += other;
+        self
+    }
+}
+
+impl std::iter::Sum for Counts {
+    fn sum<I: Iterator<Item = Self>>(counts: I) -> Self {
+        counts.fold(Self::default(), Add::add)
+    }
+}

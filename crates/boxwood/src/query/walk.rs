@@ -1,0 +1,47 @@
+//! A query explained: its steps as data.
+
+use super::{CellVisit, Counts, Observer, PrimitiveTest, VolumeTest};
+use crate::geom::Hit;
+
+/// Everything one query did, in order.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Walk {
+    /// The steps.
+    pub steps: Vec<Step>,
+    /// The answer.
+    pub hit: Option<Hit>,
+    /// The steps added up.
+    pub counts: Counts,
+}
+
+/// One step of a [`Walk`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Step {
+    /// A bounding volume was tested or dropped.
+    Volume(VolumeTest),
+    /// A grid cell was entered.
+    Cell(CellVisit),
+    /// A primitive was tested.
+    Primitive(PrimitiveTest),
+}
+
+impl Observer for Walk {
+    fn ray(&mut self) {
+        self.counts.ray();
+    }
+
+    fn volume(&mut self, test: VolumeTest) {
+        self.counts.volume(test);
+        self.steps.push(Step::Volume(test));
+    }
+
+    fn cell(&mut self, visit: CellVisit) {
+        self.counts.cell(visit);
+        self.steps.push(Step::Cell(visit));
+    }
+
+    fn primitive(&mut self, test: PrimitiveTest) {
+        self.counts.primitive(test);
+        self.steps.push(Step::Primitive(test));
+    }
+}

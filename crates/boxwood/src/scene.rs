@@ -1,0 +1,359 @@
+//! The front door: from mesh to hit.
+
+use crate::build::BuildOptions;
+use crate::error::BuildError;
+use crate::geom::{Aabb, Hit, Ray, Sphere, Triangle};
+use crate::prims::{Custom, Geometry, Shapes, Spheres, Triangles};
+use crate::query::{Counts, Query, Walk};
+use crate::stats::Stats;
+use crate::tables::Structure;
+use std::sync::Arc;
+
+/// Primitives in a structure, ready to be asked. Cheap to share: every query takes `&self`.
+pub struct Scene {
+    query: Box<dyn Query>,
+    geometry: Geometry,
+    /// First primitive of each mesh, ascending from 0.
+    starts: Vec<u32>,
+    structure: &'static str,
+    skipped: usize,
+    bounds: Aabb,
+}
+
+/// Largest number of primitives: ids are 32 bits, and the last means "none".
+const MAX_PRIMITIVES: usize = (1 << 31) - 1;
+
+/// Rays that one task of a batch answers.
+#[cfg(feature = "rayon")]
+const CHUNK: usize = 1024;
+
+impl Scene {
+    /// An indexed triangle mesh in the default structure.
+    ///
+    /// # Errors
+    /// If an index is not below `positions.len()`, or there are 2^31 triangles. Degenerate and non-finite triangles
+    /// are no error: they keep their numbers and are never hit (see [`Scene::skipped`]).
+    pub fn new(positions: &[[f32; 3]], indices: &[[u32; 3]]) -> Result<Self, BuildError> {
+        Self::builder().mesh(positions, indices).build()
+    }
+
+    /// For several meshes, other primitives, another structure or other options.
+    pub fn builder() -> SceneBuilder {
+        SceneBuilder::default()
+    }
+
+    /// The closest hit: the one with the smallest `(t, instance, geometry, primitive)`.
+    pub fn closest_hit(&self, ray: &Ray) -> Option<Hit> {
+        self.query.closest_hit(ray).map(|hit| self.locate(hit))
+    }
+
+    /// True if anything is hit in the ray's range.
+    pub fn occluded(&self, ray: &Ray) -> bool {
+        self.query.occluded(ray)
+    }
+
+    /// All hits in the ray's range, nearest first, each primitive at most once.
+    pub fn all_hits(&self, ray: &Ray) -> Vec<Hit> {
+        let mut hits = Vec::new();
+        self.all_hits_into(ray, &mut hits);
+        hits
+    }
+
+    /// [`Scene::all_hits`] into a vector that is used again.
+    pub fn all_hits_into(&self, ray: &Ray, hits: &mut Vec<Hit>) {
+        self.query.all_hits(ray, hits);
+        for hit in hits {
+            *hit = self.locate(*hit);
+        }
+    }
+
+    /// [`Scene::closest_hit`] for each ray, on the threads of the caller's rayon pool.
+    ///
+    /// # Panics
+    /// If the slices differ in length.
+    pub fn closest_hits(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
+        assert_eq!(rays.len(), hits.len(), "one answer per ray");
+        for_chunks(rays, hits, |rays, hits| {
+            self.query.closest_hits(rays, hits);
+            if self.starts.len() > 1 {
+                hits.iter_mut()
+                    .flatten()
+                    .for_each(|hit| *hit = self.locate(*hit));
+            }
+        });
+    }
+
+    /// [`Scene::occluded`] for each ray, on the threads of the caller's rayon pool.
+    ///
+    /// # Panics
+    /// If the slices differ in length.
+    pub fn occluded_each(&self, rays: &[Ray], occluded: &mut [bool]) {
+        assert_eq!(rays.len(), occluded.len(), "one answer per ray");
+        for_chunks(rays, occluded, |rays, occluded| {
+            self.query.occluded_each(rays, occluded)
+        });
+    }
+
+    /// [`Scene::all_hits`] for each ray, on the threads of the caller's rayon pool: `hits[i]` are those of `rays[i]`.
+    pub fn all_hits_each(&self, rays: &[Ray]) -> Vec<Vec<Hit>> {
+        let mut hits = vec![Vec::new(); rays.len()];
+        for_chunks(rays, &mut hits, |rays, hits| {
+            rays.iter()
+                .zip(hits)
+                .for_each(|(ray, hits)| self.all_hits_into(ray, hits));
+        });
+        hits
+    }
+
+    /// [`Scene::closest_hit`], adding its work to `counts`.
+    pub fn closest_hit_counted(&self, ray: &Ray, counts: &mut Counts) -> Option<Hit> {
+        self.query
+            .closest_hit_counted(ray, counts)
+            .map(|hit| self.locate(hit))
+    }
+
+    /// [`Scene::occluded`], adding its work to `counts`.
+    pub fn occluded_counted(&self, ray: &Ray, counts: &mut Counts) -> bool {
+        self.query.occluded_counted(ray, counts)
+    }
+
+    /// [`Scene::all_hits`], adding its work to `counts`.
+    pub fn all_hits_counted(&self, ray: &Ray, counts: &mut Counts) -> Vec<Hit> {
+        let mut hits = Vec::new();
+        self.query.all_hits_counted(ray, &mut hits, counts);
+        hits.iter_mut().for_each(|hit| *hit = self.locate(*hit));
+        hits
+    }
+
+    /// [`Scene::closest_hits`] with the work of all rays together.
+    ///
+    /// # Panics
+    /// If the slices differ in length.
+    pub fn closest_hits_counted(&self, rays: &[Ray], hits: &mut [Option<Hit>]) -> Counts {
+        assert_eq!(rays.len(), hits.len(), "one answer per ray");
+        let total = std::sync::Mutex::new(Counts::default());
+        for_chunks(rays, hits, |rays, hits| {
+            let mut counts = Counts::default();
+            for (ray, hit) in rays.iter().zip(hits) {
+                *hit = self.closest_hit_counted(ray, &mut counts);
+            }
+            // Sums of integers do not depend on the order.
+            *total
+                .lock()
+                .unwrap_or_else(std::sync::PoisonError::into_inner) += counts;
+        });
+        total
+            .into_inner()
+            .unwrap_or_else(std::sync::PoisonError::into_inner)
+    }
+
+    /// How [`Scene::closest_hit`] comes to its answer: every box, cell and primitive looked at, and why.
+    pub fn explain(&self, ray: &Ray) -> Walk {
+        let mut walk = self.query.explain(ray);
+        walk.hit = walk.hit.map(|hit| self.locate(hit));
+        walk
+    }
+
+    /// The triangle of a hit or of an explained step; `None` if the scene is not of triangles or has no such number.
+    pub fn triangle(&self, geom: u32, prim: u32) -> Option<Triangle> {
+        let Geometry::Triangles(triangles) = &self.geometry else {
+            return None;
+        };
+        let start = self.starts.get(geom as usize)?;
+        triangles.0.get(start.checked_add(prim)? as usize).copied()
+    }
+
+    /// Not unit; its length is twice the triangle's area. `None` as for [`Scene::triangle`].
+    pub fn normal(&self, hit: &Hit) -> Option<[f32; 3]> {
+        self.triangle(hit.geom, hit.prim)
+            .map(|triangle| triangle.normal())
+    }
+
+    /// The box around all primitives that can be hit; empty if there are none.
+    pub fn bounds(&self) -> Aabb {
+        self.bounds
+    }
+
+    /// Number of primitives, those that can never be hit included.
+    pub fn len(&self) -> usize {
+        self.geometry.len()
+    }
+
+    /// True if there are no primitives.
+    pub fn is_empty(&self) -> bool {
+        self.geometry.is_empty()
+    }
+
+    /// How many primitives have coordinates that are not finite or beyond 2^100, and so can never be hit.
+    pub fn skipped(&self) -> usize {
+        self.skipped
+    }
+
+    /// Name of the structure.
+    pub fn structure(&self) -> &'static str {
+        self.structure
+    }
+
+    /// Depth, cost, leaf sizes, memory.
+    pub fn stats(&self) -> Stats {
+        Stats::of(&*self.query)
+    }
+
+    /// The structure itself. Its hits count primitives through all meshes, with `geom` 0.
+    pub fn query(&self) -> &dyn Query {
+        &*self.query
+    }
+
+    /// The primitives, all meshes in a row.
+    pub fn geometry(&self) -> &Geometry {
+        &self.geometry
+    }
+
+    /// From a number in the scene to mesh and number in the mesh.
+    #[inline]
+    fn locate(&self, hit: Hit) -> Hit {
+        if self.starts.len() <= 1 {
+            return hit;
+        }
+        let geom = self.starts.partition_point(|&start| start <= hit.prim) - 1;
+        Hit {
+            geom: geom as u32,
+            prim: hit.prim - self.starts[geom],
+            ..hit
+        }
+    }
+}
+
+impl std::fmt::Debug for Scene {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Scene")
+            .field("structure", &self.structure)
+            .field("primitives", &self.len())
+            .field("bounds", &self.bounds)
+            .finish_non_exhaustive()
+    }
+}
+
+/// Runs `f` on pieces of both slices, in parallel where that is compiled in and worth it.
+fn for_chunks<T: Send>(rays: &[Ray], answers: &mut [T], f: impl Fn(&[Ray], &mut [T]) + Sync) {
+    #[cfg(feature = "rayon")]
+    if rays.len() > CHUNK {
+        use rayon::prelude::*;
+        rays.par_chunks(CHUNK)
+            .zip(answers.par_chunks_mut(CHUNK))
+            .for_each(|(r, a)| f(r, a));
+        return;
+    }
+    f(rays, answers);
+}
+
+/// Collects primitives and choices for a [`Scene`].
+#[derive(Default)]
+pub struct SceneBuilder {
+    triangles: Vec<Triangle>,
+    starts: Vec<u32>,
+    others: Option<Geometry>,
+    structure: Option<String>,
+    options: BuildOptions,
+    error: Option<BuildError>,
+}
+
+impl SceneBuilder {
+    /// Adds an indexed triangle mesh; meshes are numbered in the order added ([`Hit::geom`]). Mistakes are reported by
+    /// [`SceneBuilder::build`].
+    #[must_use]
+    pub fn mesh(mut self, positions: &[[f32; 3]], indices: &[[u32; 3]]) -> Self {
+        let geom = self.starts.len();
+        self.starts.push(self.triangles.len() as u32);
+        self.triangles.reserve(indices.len());
+        for (triangle, corners) in indices.iter().enumerate() {
+            match corners.map(|index| positions.get(index as usize).copied().ok_or(index)) {
+                [Ok(a), Ok(b), Ok(c)] => self.triangles.push(Triangle([a, b, c])),
+                [Err(index), ..] | [_, Err(index), _] | [.., Err(index)] => {
+                    let vertices = positions.len();
+                    self.refuse(BuildError::IndexOutOfRange {
+                        geom,
+                        triangle,
+                        index,
+                        vertices,
+                    });
+                    break;
+                }
+            }
+        }
+        self
+    }
+
+    /// The scene is of spheres.
+    #[must_use]
+    pub fn spheres(mut self, spheres: Vec<Sphere>) -> Self {
+        self.set_others(Geometry::Spheres(Spheres(spheres)));
+        self
+    }
+
+    /// The scene is of the user's own shapes, of any mixture.
+    #[must_use]
+    pub fn shapes(mut self, shapes: Arc<dyn Shapes>) -> Self {
+        let (count, limit) = (shapes.len(), MAX_PRIMITIVES);
+        if count > limit {
+            self.refuse(BuildError::TooManyPrimitives { count, limit });
+        } else {
+            self.set_others(Geometry::Custom(Custom::new(shapes)));
+        }
+        self
+    }
+
+    /// A name from [`STRUCTURES`](crate::STRUCTURES).
+    #[must_use]
+    pub fn structure(mut self, name: &str) -> Self {
+        self.structure = Some(name.to_owned());
+        self
+    }
+
+    /// How to build.
+    #[must_use]
+    pub fn options(mut self, options: BuildOptions) -> Self {
+        self.options = options;
+        self
+    }
+
+    /// Builds the structure, on the threads of the caller's rayon pool.
+    ///
+    /// # Errors
+    /// The first mistake of the calls before, an unknown name, two kinds of primitives at once, or too many of them.
+    pub fn build(self) -> Result<Scene, BuildError> {
+        if let Some(error) = self.error {
+            return Err(error);
+        }
+        let structure = Structure::named(self.structure.as_deref().unwrap_or(Structure::DEFAULT))?;
+        let (geometry, starts) = match self.others {
+            Some(_) if !self.starts.is_empty() => return Err(BuildError::MixedPrimitives),
+            Some(others) => (others, vec![0]),
+            None => (Geometry::Triangles(Triangles(self.triangles)), self.starts),
+        };
+        let (count, limit) = (geometry.len(), MAX_PRIMITIVES);
+        if count > limit {
+            return Err(BuildError::TooManyPrimitives { count, limit });
+        }
+        let boxes = geometry.boxes();
+        Ok(Scene {
+            query: structure.build(&geometry, &self.options)?,
+            skipped: boxes.iter().filter(|b| b.is_empty()).count(),
+            bounds: Aabb::of_boxes(&boxes),
+            structure: structure.name,
+            geometry,
+            starts,
+        })
+    }
+
+    fn set_others(&mut self, others: Geometry) {
+        if self.others.replace(others).is_some() {
+            self.refuse(BuildError::MixedPrimitives);
+        }
+    }
+
+    /// Keeps the first mistake.
+    fn refuse(&mut self, error: BuildError) {
+        self.error.get_or_insert(error);
+    }
+}

@@ -1,0 +1,53 @@
+//! The shape of a structure in numbers.
+
+use crate::query::{NodeInfo, Query};
+
+/// What [`Stats::of`] counts.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Stats {
+    /// Inner nodes and leaves; of a grid, cells that are not empty.
+    pub nodes: usize,
+    /// Nodes with primitives.
+    pub leaves: usize,
+    /// Depth of the deepest leaf; the root has 0.
+    pub max_depth: u32,
+    /// Primitives in leaves; more than there are if some stand in several.
+    pub references: usize,
+    /// `leaf_sizes[n]`: how many leaves hold `n` primitives.
+    pub leaf_sizes: Vec<usize>,
+    /// Expected work of a random line that meets the root: the sum over nodes of their area relative to the root's,
+    /// times 1 for an inner node or the number of primitives for a leaf (Goldsmith and Salmon, 1987). Infinite or NaN for
+    /// scenes without area. It says nothing about grids.
+    pub sah_cost: f64,
+    /// Memory of the structure with its copy of the primitives.
+    pub bytes: usize,
+}
+
+impl Stats {
+    /// Looks at every node once.
+    pub fn of(query: &dyn Query) -> Self {
+        let mut stats = Self {
+            bytes: query.bytes(),
+            ..Self::default()
+        };
+        let mut root_area = None;
+        query.for_each_node(&mut |node| {
+            stats.add(&node, *root_area.get_or_insert(node.bounds.half_area()))
+        });
+        stats
+    }
+
+    fn add(&mut self, node: &NodeInfo, root_area: f64) {
+        self.nodes += 1;
+        self.sah_cost += node.bounds.half_area() / root_area * f64::from(node.prims.unwrap_or(1));
+        let Some(prims) = node.prims else { return };
+        let prims = prims as usize;
+        self.leaves += 1;
+        self.references += prims;
+        self.max_depth = self.max_depth.max(node.depth);
+        if self.leaf_sizes.len() <= prims {
+            self.leaf_sizes.resize(prims + 1, 0);
+        }
+        self.leaf_sizes[prims] += 1;
+    }
+}

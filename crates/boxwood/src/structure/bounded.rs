@@ -1,0 +1,374 @@
+//! The lecture's implementation: a `BoundedObject` is a new kind of object that stores references to objects, which may
+//! be bounded objects themselves. Its `ray_intersect` asks each child and returns the closest hit.
+
+use super::indexed::Trace;
+use super::visit::hit;
+use crate::build::{BuildOptions, Topology};
+use crate::error::BuildError;
+use crate::geom::{Aabb, Candidate, Hit, Interval, PreparedRay, Ray, Sphere, Triangle};
+use crate::prims::{Primitives, Spheres, Triangles, accepted, bind, boxes};
+use crate::query::{
+    NoObserver, NodeInfo, Observer, PrimitiveTest, PrimitiveVerdict, Query, VolumeTest,
+    VolumeVerdict,
+};
+use crate::volume::BoundingVolume;
+use std::sync::Arc;
+
+/// Anything that a ray can hit.
+///
+/// ```
+/// use boxwood::{Aabb, BoundedObject, Object, Ray, Sphere, Triangle};
+/// let ball = Sphere { center: [0.0, 0.0, 9.0], radius: 1.0 };
+/// let leaf = Triangle([[-1.0, -1.0, 5.0], [1.0, -1.0, 5.0], [0.0, 1.0, 5.0]]);
+/// let pair = BoundedObject::<Sphere>::new(vec![Box::new((0, ball)), Box::new((1, leaf))]);
+/// let world = BoundedObject::<Aabb>::new(vec![Box::new(pair)]);
+/// assert_eq!(world.closest_hit(&Ray::new([0.0; 3], [0.0, 0.0, 1.0])).unwrap().prim, 1);
+/// ```
+pub trait Object: Send + Sync {
+    /// The box around the object.
+    fn bounds(&self) -> Aabb;
+
+    /// The closest hit in the ray's range.
+    fn ray_intersect(&self, ray: &PreparedRay, observer: &mut dyn Observer) -> Option<Hit>;
+
+    /// True if there is any hit in the ray's range.
+    fn occludes(&self, ray: &PreparedRay, observer: &mut dyn Observer) -> bool {
+        self.ray_intersect(ray, observer).is_some()
+    }
+
+    /// Appends all hits in the ray's range, in any order. An object that is one primitive has one.
+    fn collect_hits(&self, ray: &PreparedRay, observer: &mut dyn Observer, hits: &mut Vec<Hit>) {
+        hits.extend(self.ray_intersect(ray, observer));
+    }
+
+    /// Appends points whose convex hull contains the object.
+    fn hull(&self, points: &mut Vec<[f32; 3]>) {
+        let bounds = self.bounds();
+        if !bounds.is_empty() {
+            points.extend(bounds.corners());
+        }
+    }
+
+    /// Tells of the node that this object is, and of those inside. `next` is the number of the next node.
+    fn describe(&self, _depth: u32, _next: &mut u32, _visit: &mut dyn FnMut(NodeInfo)) {}
+
+    /// True for a primitive, false for an object that holds others.
+    fn is_primitive(&self) -> bool {
+        true
+    }
+}
+
+/// Objects inside a bounding volume.
+pub struct BoundedObject<V> {
+    volume: V,
+    bounds: Aabb,
+    children: Vec<Box<dyn Object>>,
+    node: u32,
+}
+
+impl<V: BoundingVolume> BoundedObject<V> {
+    /// Fits the volume around the children. No children: an object that is never hit.
+    pub fn new(children: Vec<Box<dyn Object>>) -> Self {
+        let mut points = Vec::new();
+        for child in &children {
+            child.hull(&mut points);
+        }
+        Self::with_volume(V::of_points(&points), children)
+    }
+
+    fn with_volume(volume: V, children: Vec<Box<dyn Object>>) -> Self {
+        let bounds = children
+            .iter()
+            .fold(Aabb::EMPTY, |all, child| all.union(&child.bounds()));
+        Self {
+            volume,
+            bounds,
+            children,
+            node: 0,
+        }
+    }
+
+    /// The volume around the children.
+    pub fn volume(&self) -> &V {
+        &self.volume
+    }
+
+    /// The children.
+    pub fn children(&self) -> &[Box<dyn Object>] {
+        &self.children
+    }
+
+    /// [`Object::ray_intersect`] for a ray as users have it.
+    pub fn closest_hit(&self, ray: &Ray) -> Option<Hit> {
+        self.ray_intersect(&PreparedRay::new(ray)?, &mut NoObserver)
+    }
+
+    /// *If the ray intersects the bounding volume ...*
+    fn is_entered(&self, ray: &PreparedRay, observer: &mut dyn Observer) -> bool {
+        // The volume is padded for what it holds, which the box of the children and its own box both bound.
+        let ray_for_volume = V::prepare(ray, &self.bounds);
+        let Interval { near, far } = self.volume.interval(&ray_for_volume);
+        let entered = Interval { near, far }.meets(ray.t_min, ray.t_max);
+        observer.volume(VolumeTest {
+            node: self.node,
+            near,
+            far,
+            verdict: if entered {
+                VolumeVerdict::Enter
+            } else {
+                VolumeVerdict::Miss
+            },
+            flops: V::FLOPS,
+            bytes: size_of::<Self>() as u32,
+        });
+        entered
+    }
+}
+
+impl<V: BoundingVolume> Object for BoundedObject<V> {
+    fn bounds(&self) -> Aabb {
+        self.bounds
+    }
+
+    /// *Intersect with each child; if any, return closest.* The ray is shortened to the closest hit so far, so that
+    /// children behind it are not looked into.
+    fn ray_intersect(&self, ray: &PreparedRay, observer: &mut dyn Observer) -> Option<Hit> {
+        if !self.is_entered(ray, observer) {
+            return None;
+        }
+        let mut ray = *ray;
+        let mut closest: Option<Hit> = None;
+        for child in &self.children {
+            let Some(found) = child.ray_intersect(&ray, observer) else {
+                continue;
+            };
+            if closest.is_none_or(|best| found.order(&best).is_lt()) {
+                ray.t_max = found.t;
+                closest = Some(found);
+            }
+        }
+        closest
+    }
+
+    fn occludes(&self, ray: &PreparedRay, observer: &mut dyn Observer) -> bool {
+        self.is_entered(ray, observer)
+            && self
+                .children
+                .iter()
+                .any(|child| child.occludes(ray, observer))
+    }
+
+    fn collect_hits(&self, ray: &PreparedRay, observer: &mut dyn Observer, hits: &mut Vec<Hit>) {
+        if self.is_entered(ray, observer) {
+            for child in &self.children {
+                child.collect_hits(ray, observer, hits);
+            }
+        }
+    }
+
+    fn hull(&self, points: &mut Vec<[f32; 3]>) {
+        for child in &self.children {
+            child.hull(points);
+        }
+    }
+
+    fn describe(&self, depth: u32, next: &mut u32, visit: &mut dyn FnMut(NodeInfo)) {
+        let node = *next;
+        *next += 1;
+        let prims = self
+            .children
+            .iter()
+            .filter(|child| child.is_primitive())
+            .count() as u32;
+        let is_leaf = prims == self.children.len() as u32;
+        visit(NodeInfo {
+            node,
+            depth,
+            bounds: self.volume.bounds(),
+            prims: is_leaf.then_some(prims),
+        });
+        for child in &self.children {
+            child.describe(depth + 1, next, visit);
+        }
+    }
+
+    fn is_primitive(&self) -> bool {
+        false
+    }
+}
+
+/// One primitive of a set as an object, with its number there.
+pub struct PrimitiveObject<P> {
+    prims: Arc<P>,
+    index: u32,
+}
+
+impl<P: Primitives> PrimitiveObject<P> {
+    /// Primitive `index` of the set.
+    pub fn new(prims: Arc<P>, index: u32) -> Self {
+        Self { prims, index }
+    }
+}
+
+impl<P: Primitives> Object for PrimitiveObject<P> {
+    fn bounds(&self) -> Aabb {
+        self.prims.bounds(self.index as usize)
+    }
+
+    fn ray_intersect(&self, ray: &PreparedRay, observer: &mut dyn Observer) -> Option<Hit> {
+        report::<P>(
+            self.index,
+            accepted(&*self.prims, self.index as usize, ray),
+            observer,
+        )
+    }
+
+    fn hull(&self, points: &mut Vec<[f32; 3]>) {
+        self.prims.hull(self.index as usize, points);
+    }
+}
+
+/// A triangle with the number that its hits bear.
+impl Object for (u32, Triangle) {
+    fn bounds(&self) -> Aabb {
+        self.1.bounds()
+    }
+
+    fn ray_intersect(&self, ray: &PreparedRay, observer: &mut dyn Observer) -> Option<Hit> {
+        let candidate = self
+            .1
+            .intersect(ray)
+            .and_then(|c| bind(self.1.bounds(), c, ray));
+        report::<Triangles>(self.0, candidate, observer)
+    }
+
+    fn hull(&self, points: &mut Vec<[f32; 3]>) {
+        points.extend(self.1.0);
+    }
+}
+
+/// A sphere with the number that its hits bear.
+impl Object for (u32, Sphere) {
+    fn bounds(&self) -> Aabb {
+        Aabb::of_sphere(&self.1)
+    }
+
+    fn ray_intersect(&self, ray: &PreparedRay, observer: &mut dyn Observer) -> Option<Hit> {
+        let candidate = self
+            .1
+            .intersect(ray)
+            .and_then(|c| bind(Aabb::of_sphere(&self.1), c, ray));
+        report::<Spheres>(self.0, candidate, observer)
+    }
+}
+
+/// Tells the observer of a primitive test and names the hit.
+fn report<P: Primitives>(
+    prim: u32,
+    candidate: Option<Candidate>,
+    observer: &mut dyn Observer,
+) -> Option<Hit> {
+    let is_hit = candidate.is_some();
+    observer.primitive(PrimitiveTest {
+        prim,
+        candidate,
+        verdict: if is_hit {
+            PrimitiveVerdict::Closest
+        } else {
+            PrimitiveVerdict::Miss
+        },
+        flops: if is_hit { P::FLOPS_HIT } else { P::FLOPS_MISS },
+        bytes: P::BYTES,
+    });
+    candidate.map(|c| hit(c, prim))
+}
+
+/// Bounded objects all the way from the scene down to single primitives, nested as a builder says.
+pub struct BoundedTree<V, P> {
+    root: Option<BoundedObject<V>>,
+    prims: Arc<P>,
+    nodes: usize,
+}
+
+impl<V: BoundingVolume, P: Primitives> BoundedTree<V, P> {
+    pub(crate) fn boxed(prims: &P, options: &BuildOptions) -> Result<Box<dyn Query>, BuildError> {
+        let boxes = boxes(prims);
+        let topology = options.builder.build(&boxes, options);
+        let all: Vec<u32> = (0..prims.len() as u32).collect();
+        let prims = Arc::new(prims.gather(&all));
+        let volumes = super::dress::dress(&topology, &*prims, &boxes);
+        let nodes = topology.nodes.len();
+        let nest = Nest {
+            topology,
+            volumes,
+            prims: Arc::clone(&prims),
+        };
+        let root = (nodes > 0).then(|| nest.object(0, &mut 0));
+        Ok(Box::new(Self { root, prims, nodes }))
+    }
+}
+
+struct Nest<V, P> {
+    topology: Topology,
+    volumes: Vec<V>,
+    prims: Arc<P>,
+}
+
+impl<V: BoundingVolume, P: Primitives> Nest<V, P> {
+    /// Nodes are numbered parents first, `next` being the next number. The tree is at most 96 deep, so this may recurse.
+    fn object(&self, index: u32, next: &mut u32) -> BoundedObject<V> {
+        let number = *next;
+        *next += 1;
+        let node = self.topology.nodes[index as usize];
+        let children: Vec<Box<dyn Object>> = if node.is_leaf() {
+            let slots = node.first as usize..(node.first + node.count) as usize;
+            self.topology.order[slots]
+                .iter()
+                .map(|&prim| self.primitive(prim))
+                .collect()
+        } else {
+            let child = |index| -> Box<dyn Object> { Box::new(self.object(index, next)) };
+            [node.first, node.first + 1].map(child).into()
+        };
+        let volume = self.volumes[index as usize];
+        BoundedObject {
+            node: number,
+            ..BoundedObject::with_volume(volume, children)
+        }
+    }
+
+    fn primitive(&self, prim: u32) -> Box<dyn Object> {
+        Box::new(PrimitiveObject::new(Arc::clone(&self.prims), prim))
+    }
+}
+
+impl<V: BoundingVolume, P: Primitives> Trace for BoundedTree<V, P> {
+    fn closest<O: Observer>(&self, ray: &PreparedRay, observer: &mut O) -> Option<Hit> {
+        self.root.as_ref()?.ray_intersect(ray, observer)
+    }
+
+    fn is_occluded<O: Observer>(&self, ray: &PreparedRay, observer: &mut O) -> bool {
+        self.root
+            .as_ref()
+            .is_some_and(|root| root.occludes(ray, observer))
+    }
+
+    fn collect<O: Observer>(&self, ray: &PreparedRay, hits: &mut Vec<Hit>, observer: &mut O) {
+        if let Some(root) = &self.root {
+            root.collect_hits(ray, observer, hits);
+        }
+        hits.sort_unstable_by(Hit::order);
+    }
+
+    fn nodes(&self, visit: &mut dyn FnMut(NodeInfo)) {
+        if let Some(root) = &self.root {
+            root.describe(0, &mut 0, visit);
+        }
+    }
+
+    fn memory(&self) -> usize {
+        let per_prim = size_of::<PrimitiveObject<P>>() + size_of::<Box<dyn Object>>();
+        let per_node = size_of::<BoundedObject<V>>() + size_of::<Box<dyn Object>>();
+        self.nodes * per_node + self.prims.len() * per_prim + self.prims.bytes()
+    }
+}

@@ -1,0 +1,159 @@
+//! The two tables that everything else loops over: structures and bounding volumes. (Builders have theirs in
+//! [`crate::build`].)
+
+use crate::build::BuildOptions;
+use crate::error::BuildError;
+use crate::geom::{Aabb, Obb, Sphere};
+use crate::prims::{Geometry, with_primitives};
+use crate::query::Query;
+use crate::structure::{Accel, BoundedTree, Bvh2, Grid, Indexed, List};
+use crate::volume::{BoundingVolume, FittedVolume};
+
+type Build = fn(&Geometry, &BuildOptions) -> Result<Box<dyn Query>, BuildError>;
+
+/// A structure in the table.
+#[derive(Clone, Copy)]
+pub struct Structure {
+    /// `list`, `bounded`, `bvh2`, `grid`.
+    pub name: &'static str,
+    /// One line for `boxwood list`.
+    pub about: &'static str,
+    /// True if [`BuildOptions::builder`] and [`BuildOptions::volume`] matter.
+    pub is_tree: bool,
+    build: Build,
+}
+
+/// Every structure. Add a line here.
+pub const STRUCTURES: &[Structure] = &[
+    Structure::of::<List>(
+        "list",
+        "brute force: every primitive for every ray; the oracle",
+    ),
+    Structure::over_volumes(
+        "bounded",
+        "the lecture's BoundedObject, nested objects",
+        |geometry, options| (Volume::named(options.volume)?.build_bounded)(geometry, options),
+    ),
+    Structure::over_volumes(
+        "bvh2",
+        "bounding volume hierarchy, a flat binary tree",
+        |geometry, options| (Volume::named(options.volume)?.build_bvh2)(geometry, options),
+    ),
+    Structure::of::<Grid>("grid", "uniform grid, walked cell by cell"),
+];
+
+/// Every bounding volume. Add a line here.
+pub const VOLUMES: &[Volume] = &[
+    Volume::of::<Aabb>("axis-aligned box: cheapest test, loose round diagonal things"),
+    Volume::of::<Sphere>("smallest enclosing sphere: turns for free, loose round flat things"),
+    Volume::of::<Obb>("oriented box: tightest, dearest test"),
+];
+
+impl Structure {
+    /// What [`Scene::new`](crate::Scene::new) builds.
+    pub const DEFAULT: &'static str = "bvh2";
+
+    const fn of<A: Accel>(name: &'static str, about: &'static str) -> Self {
+        let build: Build = |geometry, options| with_primitives!(geometry, prims => Indexed::<A, _>::boxed(prims, options));
+        Self {
+            name,
+            about,
+            is_tree: false,
+            build,
+        }
+    }
+
+    const fn over_volumes(name: &'static str, about: &'static str, build: Build) -> Self {
+        Self {
+            name,
+            about,
+            is_tree: true,
+            build,
+        }
+    }
+
+    /// Looks a structure up by name.
+    pub fn named(name: &str) -> Result<Self, BuildError> {
+        find("structure", name, STRUCTURES, |s| s.name)
+    }
+
+    /// Builds the structure over the primitives.
+    pub fn build(
+        &self,
+        geometry: &Geometry,
+        options: &BuildOptions,
+    ) -> Result<Box<dyn Query>, BuildError> {
+        (self.build)(geometry, options)
+    }
+}
+
+impl std::fmt::Debug for Structure {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Structure")
+            .field("name", &self.name)
+            .finish_non_exhaustive()
+    }
+}
+
+/// A bounding volume in the table: the structures over it, and its fit to points.
+#[derive(Clone, Copy)]
+pub struct Volume {
+    /// `aabb`, `sphere`, `obb`.
+    pub name: &'static str,
+    /// One line for `boxwood list`.
+    pub about: &'static str,
+    /// Operations of one test.
+    pub flops: u32,
+    build_bvh2: Build,
+    build_bounded: Build,
+    fit: fn(&[[f32; 3]]) -> Box<dyn FittedVolume>,
+}
+
+impl Volume {
+    const fn of<V: BoundingVolume>(about: &'static str) -> Self {
+        Self {
+            name: V::NAME,
+            about,
+            flops: V::FLOPS,
+            build_bvh2: |geometry, options| with_primitives!(geometry, prims => Indexed::<Bvh2<V>, _>::boxed(prims, options)),
+            build_bounded: |geometry, options| with_primitives!(geometry, prims => BoundedTree::<V, _>::boxed(prims, options)),
+            fit: |points| Box::new(V::of_points(points)),
+        }
+    }
+
+    /// Looks a volume up by name.
+    pub fn named(name: &str) -> Result<Self, BuildError> {
+        find("volume", name, VOLUMES, |v| v.name)
+    }
+
+    /// The volume around points, for measuring its tightness.
+    pub fn fit(&self, points: &[[f32; 3]]) -> Box<dyn FittedVolume> {
+        (self.fit)(points)
+    }
+}
+
+impl std::fmt::Debug for Volume {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Volume")
+            .field("name", &self.name)
+            .finish_non_exhaustive()
+    }
+}
+
+/// The entry of a name, or an error that says which names there are.
+pub(crate) fn find<T: Copy>(
+    kind: &'static str,
+    name: &str,
+    table: &[T],
+    name_of: fn(&T) -> &'static str,
+) -> Result<T, BuildError> {
+    table
+        .iter()
+        .copied()
+        .find(|entry| name_of(entry) == name)
+        .ok_or_else(|| BuildError::UnknownName {
+            kind,
+            name: name.to_owned(),
+            known: table.iter().map(name_of).collect(),
+        })
+}

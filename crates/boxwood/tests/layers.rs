@@ -1,0 +1,143 @@
+//! The arrows of ARCHITECTURE.md: a module imports only what stands below it, a crate only what it may.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// Modules of the core, lowest first. A module may import from those before it and from itself.
+const LAYERS: &[&str] = &[
+    "geom",
+    "lecture",
+    "error",
+    "volume",
+    "prims",
+    "build",
+    "query",
+    "structure",
+    "tables",
+    "stats",
+    "scene",
+    "check",
+];
+
+/// Crates, lowest first, with the project's crates that each may depend on.
+const CRATES: &[(&str, &[&str])] = &[
+    ("boxwood", &[]),
+    ("boxwood-scene", &["boxwood"]),
+    ("boxwood-render", &["boxwood", "boxwood-scene"]),
+    (
+        "boxwood-cli",
+        &["boxwood", "boxwood-scene", "boxwood-render"],
+    ),
+];
+
+fn sources(folder: &Path, found: &mut Vec<PathBuf>) {
+    for entry in fs::read_dir(folder).unwrap().map(Result::unwrap) {
+        if entry.path().is_dir() {
+            sources(&entry.path(), found);
+        } else if entry.path().extension().is_some_and(|e| e == "rs") {
+            found.push(entry.path());
+        }
+    }
+}
+
+/// The module of the core that a `crate::` path starts with, for every such path in code.
+fn imports(text: &str) -> Vec<String> {
+    let code: String = text
+        .split("#[cfg(test)]")
+        .next()
+        .unwrap_or("")
+        .lines()
+        .filter(|line| !line.trim_start().starts_with("//"))
+        .collect::<Vec<_>>()
+        .join("\n");
+    code.split("crate::")
+        .skip(1)
+        .map(|rest| {
+            rest.chars()
+                .take_while(|c| c.is_alphanumeric() || *c == '_')
+                .collect()
+        })
+        .collect()
+}
+
+#[test]
+fn modules_of_the_core_import_only_downwards() {
+    let src = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    let mut files = Vec::new();
+    sources(&src, &mut files);
+    let mut seen = 0;
+    for file in files {
+        let relative = file.strip_prefix(&src).unwrap();
+        let module = relative
+            .iter()
+            .next()
+            .unwrap()
+            .to_str()
+            .unwrap()
+            .trim_end_matches(".rs")
+            .to_owned();
+        if ["lib", "testing"].contains(&module.as_str()) {
+            continue;
+        }
+        let layer = LAYERS
+            .iter()
+            .position(|l| *l == module)
+            .unwrap_or_else(|| panic!("{module} has no layer"));
+        for import in imports(&fs::read_to_string(&file).unwrap()) {
+            let Some(below) = LAYERS.iter().position(|l| *l == import) else {
+                continue;
+            };
+            assert!(
+                below <= layer,
+                "{} imports {import}, which stands above it",
+                relative.display()
+            );
+            seen += 1;
+        }
+    }
+    assert!(seen > 20, "the test must find imports: {seen}");
+}
+
+#[test]
+fn crates_depend_only_downwards() {
+    let crates = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap();
+    for (name, allowed) in CRATES {
+        let manifest = fs::read_to_string(crates.join(name).join("Cargo.toml")).unwrap();
+        let used = manifest
+            .lines()
+            .filter_map(|line| line.split_once('='))
+            .map(|(key, _)| key.trim());
+        for dependency in used.filter(|key| key.starts_with("boxwood")) {
+            assert!(
+                allowed.contains(&dependency),
+                "{name} depends on {dependency}"
+            );
+        }
+    }
+}
+
+#[test]
+fn the_core_reads_no_clock_opens_no_file_and_prints_nothing() {
+    let mut files = Vec::new();
+    sources(
+        &Path::new(env!("CARGO_MANIFEST_DIR")).join("src"),
+        &mut files,
+    );
+    for file in files {
+        let text = fs::read_to_string(&file).unwrap();
+        for forbidden in [
+            "std::fs",
+            "std::time",
+            "std::env",
+            "println!",
+            "std::process",
+            "static mut",
+        ] {
+            assert!(
+                !text.contains(forbidden),
+                "{} uses {forbidden}",
+                file.display()
+            );
+        }
+    }
+}
