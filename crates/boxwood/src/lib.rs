@@ -29,6 +29,7 @@
 //! uniform grid, [`build`] the partition along an axis.
 
 pub mod build;
+pub mod check;
 pub mod geom;
 pub mod lecture;
 pub mod prims;
@@ -38,6 +39,7 @@ pub mod volume;
 
 mod error;
 mod scene;
+mod simd;
 mod stats;
 mod tables;
 #[cfg(test)]

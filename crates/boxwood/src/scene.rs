@@ -90,7 +90,7 @@ impl Scene {
     pub fn occluded_each(&self, rays: &[Ray], occluded: &mut [bool]) {
         assert_eq!(rays.len(), occluded.len(), "one answer per ray");
         for_chunks(rays, occluded, |rays, occluded| {
-            self.query.occluded_each(rays, occluded)
+            self.query.occluded_each(rays, occluded);
         });
     }
 
@@ -202,6 +202,11 @@ impl Scene {
     /// The structure itself. Its hits count primitives through all meshes, with `geom` 0.
     pub fn query(&self) -> &dyn Query {
         &*self.query
+    }
+
+    /// The structure alone, without the scene's own copy of the primitives.
+    pub fn into_query(self) -> Box<dyn Query> {
+        self.query
     }
 
     /// The primitives, all meshes in a row.

@@ -32,7 +32,7 @@ impl Stats {
         };
         let mut root_area = None;
         query.for_each_node(&mut |node| {
-            stats.add(&node, *root_area.get_or_insert(node.bounds.half_area()))
+            stats.add(&node, *root_area.get_or_insert(node.bounds.half_area()));
         });
         stats
     }

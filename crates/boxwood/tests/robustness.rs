@@ -286,3 +286,18 @@ fn t_stays_in_the_depth_of_slivers() {
     }
     assert!(hits > 1000, "{hits}");
 }
+
+/// Input on which naive builders recurse for ever, and naive grids take all memory.
+#[test]
+fn a_million_copies_are_bounded_in_depth_and_memory() {
+    let positions = [[0.0, 0.0, 1.0], [1.0, 0.25, 1.5], [0.25, 1.0, 1.0]];
+    let indices = vec![[0, 1, 2]; 1_000_000];
+    for structure in ["bvh2", "grid"] {
+        let scene = Scene::builder().mesh(&positions, &indices).structure(structure).build().unwrap();
+        let stats = scene.stats();
+        assert!(stats.max_depth < 96, "{structure}: {}", stats.max_depth);
+        assert!(stats.bytes < 200 * indices.len(), "{structure}: {} bytes", stats.bytes);
+        let hit = scene.closest_hit(&Ray::new([0.4, 0.4, 0.0], [0.0, 0.0, 1.0])).unwrap();
+        assert_eq!(hit.prim, 0, "{structure}: ties go to the lowest number");
+    }
+}

@@ -77,7 +77,7 @@ impl Split for Binned {
             .filter(|&axis| centers.max[axis] > centers.min[axis])
             .filter_map(|axis| best_border(set.refs, Scale::new(&centers, axis, bins), axis, bins))
             .min_by(|a, b| a.cost.total_cmp(&b.cost));
-        let Some(best) = best else { return None };
+        let best = best?;
         let split_cost = 1.0 + best.cost * self.primitive_cost / area;
         // Not `>=`: a NaN of two areas of 0 makes a leaf.
         if count <= self.leaf_limit && !(split_cost < leaf_cost) {

@@ -210,16 +210,16 @@ impl<S: Split> Frame<'_, S> {
 #[cfg(feature = "rayon")]
 fn graft(nodes: &mut Vec<TopologyNode>, at: usize, branch: &[TopologyNode]) {
     let shift = nodes.len() as u32 - 1;
-    let moved = |n: &TopologyNode| {
-        if n.is_leaf() {
-            *n
-        } else {
-            TopologyNode {
-                first: n.first + shift,
-                ..*n
-            }
-        }
+    nodes[at] = shifted(&branch[0], shift);
+    nodes.extend(branch[1..].iter().map(|node| shifted(node, shift)));
+}
+
+#[cfg(feature = "rayon")]
+fn shifted(node: &TopologyNode, shift: u32) -> TopologyNode {
+    let first = if node.is_leaf() {
+        node.first
+    } else {
+        node.first + shift
     };
-    nodes[at] = moved(&branch[0]);
-    nodes.extend(branch[1..].iter().map(moved));
+    TopologyNode { first, ..*node }
 }

@@ -15,7 +15,9 @@ pub fn closed(triangles: &[Triangle]) -> bool {
         // 0 and -0 are one coordinate.
         let ids = corners.map(|corner| {
             let next = vertices.len() as u32;
-            *vertices.entry(corner.map(|x| (x + 0.0).to_bits())).or_insert(next)
+            *vertices
+                .entry(corner.map(|x| (x + 0.0).to_bits()))
+                .or_insert(next)
         });
         for (a, b) in [(ids[0], ids[1]), (ids[1], ids[2]), (ids[2], ids[0])] {
             if a != b {
@@ -30,10 +32,17 @@ pub fn closed(triangles: &[Triangle]) -> bool {
 mod tests {
     use super::*;
 
-    const P: [[f32; 3]; 4] = [[0.0, 0.0, 0.0], [3.0, 0.5, 0.0], [0.0, 2.0, 1.0], [1.0, 1.0, 4.0]];
+    const P: [[f32; 3]; 4] = [
+        [0.0, 0.0, 0.0],
+        [3.0, 0.5, 0.0],
+        [0.0, 2.0, 1.0],
+        [1.0, 1.0, 4.0],
+    ];
 
     fn tetrahedron() -> Vec<Triangle> {
-        [[0, 1, 2], [0, 3, 1], [1, 3, 2], [2, 3, 0]].map(|t| Triangle(t.map(|i: usize| P[i]))).to_vec()
+        [[0, 1, 2], [0, 3, 1], [1, 3, 2], [2, 3, 0]]
+            .map(|t| Triangle(t.map(|i: usize| P[i])))
+            .to_vec()
     }
 
     #[test]
@@ -41,8 +50,10 @@ mod tests {
         let whole = tetrahedron();
         assert!(closed(&whole));
         for left_out in 0..4 {
-            let part: Vec<Triangle> =
-                (0..4).filter(|i| *i != left_out).map(|i| whole[i]).collect();
+            let part: Vec<Triangle> = (0..4)
+                .filter(|i| *i != left_out)
+                .map(|i| whole[i])
+                .collect();
             assert!(!closed(&part));
         }
     }

@@ -22,15 +22,28 @@ impl<'a> Rays<'a> {
     /// Rays at `triangles`; without any, rays around the unit cube.
     pub fn new(triangles: &'a [Triangle], aim: Aim, seed: u64) -> Self {
         let in_domain = |t: &&Triangle| t.0.iter().flatten().all(|x| x.abs() <= MAX_COORDINATE);
-        let boxes: Vec<Aabb> = triangles.iter().filter(in_domain).map(Triangle::bounds).collect();
+        let boxes: Vec<Aabb> = triangles
+            .iter()
+            .filter(in_domain)
+            .map(Triangle::bounds)
+            .collect();
         let mut bounds = Aabb::of_boxes(&boxes);
         if bounds.is_empty() {
-            bounds = Aabb { min: [0.0; 3], max: [1.0; 3] };
+            bounds = Aabb {
+                min: [0.0; 3],
+                max: [1.0; 3],
+            };
         }
         let reach = bounds.reach([0.0; 3]);
         let size = (bounds.diagonal() as f32).max(reach * 1e-3);
         let size = if size > 0.0 { size } else { 1.0 };
-        Self { triangles, aim, seed, bounds, size }
+        Self {
+            triangles,
+            aim,
+            seed,
+            bounds,
+            size,
+        }
     }
 
     /// Ray `index`.
@@ -45,7 +58,11 @@ impl<'a> Rays<'a> {
             Aim::Vertices => self.ray_at(self.vertex(&mut random), &mut random),
             Aim::Random | Aim::Mixed => self.ray_anywhere(&mut random),
         };
-        if random.one_in(INVALID) { spoilt(ray, &mut random) } else { ray }
+        if random.one_in(INVALID) {
+            spoilt(ray, &mut random)
+        } else {
+            ray
+        }
     }
 
     /// Half of them towards the box, the others anywhere.
@@ -60,7 +77,11 @@ impl<'a> Rays<'a> {
         let length = dir.iter().map(|d| d * d).sum::<f32>().sqrt();
         // An exact change of length: `dir` need not be unit.
         let scale = 2.0 / (1 << random.below(12)) as f32;
-        self.limited(Ray::new(origin, dir.map(|d| d * scale)), self.size / (length * scale), random)
+        self.limited(
+            Ray::new(origin, dir.map(|d| d * scale)),
+            self.size / (length * scale),
+            random,
+        )
     }
 
     /// Through `target`, exactly wherever rounding allows.
@@ -141,7 +162,11 @@ impl<'a> Rays<'a> {
         let [a, b, c] = self.triangle(random);
         let (from, to) = random.pick([(a, b), (b, c), (c, a)]);
         // Eighths are exact on integer meshes.
-        let f = if random.one_in(2) { random.below(9) as f32 / 8.0 } else { random.unit() };
+        let f = if random.one_in(2) {
+            random.below(9) as f32 / 8.0
+        } else {
+            random.unit()
+        };
         std::array::from_fn(|k| from[k] + f * (to[k] - from[k]))
     }
 }

@@ -1,5 +1,6 @@
 //! The axis-aligned bounding box.
 
+use super::float::{max, min};
 use super::{Sphere, Triangle};
 
 /// A box with sides along the axes. Closed: its faces belong to it.
@@ -37,8 +38,8 @@ impl Aabb {
     pub fn of_triangle(triangle: &Triangle) -> Self {
         let [a, b, c] = triangle.0;
         Self {
-            min: std::array::from_fn(|k| a[k].min(b[k]).min(c[k])),
-            max: std::array::from_fn(|k| a[k].max(b[k]).max(c[k])),
+            min: [0, 1, 2].map(|k| min(min(a[k], b[k]), c[k])),
+            max: [0, 1, 2].map(|k| max(max(a[k], b[k]), c[k])),
         }
     }
 
@@ -59,8 +60,8 @@ impl Aabb {
     #[inline]
     pub fn union(&self, other: &Self) -> Self {
         Self {
-            min: std::array::from_fn(|k| self.min[k].min(other.min[k])),
-            max: std::array::from_fn(|k| self.max[k].max(other.max[k])),
+            min: [0, 1, 2].map(|k| min(self.min[k], other.min[k])),
+            max: [0, 1, 2].map(|k| max(self.max[k], other.max[k])),
         }
     }
 

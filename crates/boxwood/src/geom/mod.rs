@@ -3,6 +3,7 @@
 //! This module imports nothing from the rest of the crate.
 
 mod aabb;
+mod float;
 mod hit;
 mod obb;
 mod ray;
@@ -15,7 +16,7 @@ pub use hit::{Candidate, Hit};
 pub use obb::Obb;
 pub use ray::{PreparedRay, Ray};
 pub(crate) use slab::filter_pad;
-pub use slab::{Interval, SlabRay, slab_1d};
+pub use slab::{AabbPair, Interval, SlabRay, slab_1d};
 pub use sphere::Sphere;
 pub use triangle::{EdgeTrace, Triangle};
 

@@ -92,25 +92,31 @@ pub struct PreparedRay {
 
 impl PreparedRay {
     /// `None` if the ray is not a ray (see [`Ray`]).
-    #[inline]
+    #[inline(always)]
     pub fn new(ray: &Ray) -> Option<Self> {
-        let size = ray.dir.map(f32::abs);
-        let kz = if size[0] >= size[1] && size[0] >= size[2] {
-            0
-        } else if size[1] >= size[2] {
-            1
+        let [x, y, z] = [ray.dir[0].abs(), ray.dir[1].abs(), ray.dir[2].abs()];
+        let (kz, largest) = if x >= y && x >= z {
+            (0, x)
+        } else if y >= z {
+            (1, y)
         } else {
-            2
+            (2, z)
         };
-        let (kx, ky) = [(1, 2), (2, 0), (0, 1)][kz];
-        let largest = size[kz];
-        let in_domain = |x: f32| x.abs() <= MAX_COORDINATE;
+        let [kx, ky] = [[1, 2], [2, 0], [0, 1]][kz];
+        let [a, b, c] = [
+            ray.origin[0].abs(),
+            ray.origin[1].abs(),
+            ray.origin[2].abs(),
+        ];
         // Every comparison is false on NaN.
-        let valid = ray.origin.into_iter().all(in_domain)
+        let valid = a <= MAX_COORDINATE
+            && b <= MAX_COORDINATE
+            && c <= MAX_COORDINATE
             && largest >= MIN_DIR
             && largest <= MAX_DIR
-            && size[kx] <= largest
-            && size[ky] <= largest
+            && x <= largest
+            && y <= largest
+            && z <= largest
             && !ray.t_min.is_nan()
             && !ray.t_max.is_nan();
         if !valid {
@@ -125,9 +131,11 @@ impl PreparedRay {
             axes: [kx, ky, kz],
             shear: [ray.dir[kx] / ray.dir[kz], ray.dir[ky] / ray.dir[kz]],
             t_per_depth: 1.0 / f64::from(ray.dir[kz]),
-            recip: ray
-                .dir
-                .map(|d| 1.0 / if d.abs() < lift { lift.copysign(d) } else { d }),
+            recip: [
+                recip(ray.dir[0], lift),
+                recip(ray.dir[1], lift),
+                recip(ray.dir[2], lift),
+            ],
             pad_floor: (largest * TWO_POW_MINUS_145).max(TWO_POW_MINUS_110),
         })
     }
@@ -137,6 +145,12 @@ impl PreparedRay {
     pub fn contains(&self, t: f32) -> bool {
         t >= self.t_min && t <= self.t_max && t < f32::INFINITY
     }
+}
+
+/// `1 / d`, with `d` lifted to at least `lift` in size.
+#[inline(always)]
+fn recip(d: f32, lift: f32) -> f32 {
+    1.0 / if d.abs() < lift { lift.copysign(d) } else { d }
 }
 
 const MAX_DIR: f32 = 1_208_925_819_614_629_174_706_176.0; // 2^80

@@ -15,7 +15,9 @@
 //! empty for an accepted triangle. Filters pad by `32 u A'` with `A'` of the whole scene, hence `A' >= A`, which
 //! leaves `16 u A` for their own `4 u A'`-sized errors relative to the definition's.
 
+use super::float::{max, min};
 use super::{Aabb, PreparedRay};
+use glam::{Vec4, Vec4Swizzles};
 
 /// A closed range of the ray parameter; empty if `near > far`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -100,12 +102,33 @@ pub(crate) fn filter_pad(reach: f32, ray: &PreparedRay) -> f32 {
 }
 
 /// A ray made ready for many boxes of one structure: the padding is folded into the origin, so that it costs
-/// nothing per box.
+/// nothing per box. Lanes are as in [`AabbPair`].
 #[derive(Clone, Copy, Debug)]
 pub struct SlabRay {
-    origin_for_min: [f32; 3],
-    origin_for_max: [f32; 3],
-    recip: [f32; 3],
+    origin: [Vec4; 3],
+    recip: [Vec4; 3],
+}
+
+/// Two boxes side by side for one test: along each axis `[min, min, max, max]` of the first and the second.
+#[derive(Clone, Copy, Debug)]
+#[repr(C)]
+pub struct AabbPair([[f32; 4]; 3]);
+
+impl AabbPair {
+    /// Puts two boxes side by side.
+    pub fn new(a: &Aabb, b: &Aabb) -> Self {
+        Self(std::array::from_fn(|k| {
+            [a.min[k], b.min[k], a.max[k], b.max[k]]
+        }))
+    }
+
+    /// Takes them apart again.
+    pub fn boxes(&self) -> [Aabb; 2] {
+        [0, 1].map(|i| Aabb {
+            min: self.0.map(|axis| axis[i]),
+            max: self.0.map(|axis| axis[2 + i]),
+        })
+    }
 }
 
 impl SlabRay {
@@ -113,52 +136,48 @@ impl SlabRay {
     #[inline]
     pub fn new(ray: &PreparedRay, bounds: &Aabb) -> Self {
         let pad = filter_pad(bounds.reach(ray.origin), ray);
+        let ([a, b, c], [x, y, z]) = (ray.origin, ray.recip);
         Self {
-            origin_for_min: ray.origin.map(|o| at_least(f64::from(o) + f64::from(pad))),
-            origin_for_max: ray.origin.map(|o| -at_least(f64::from(pad) - f64::from(o))),
-            recip: ray.recip,
+            origin: [padded(a, pad), padded(b, pad), padded(c, pad)],
+            recip: [Vec4::splat(x), Vec4::splat(y), Vec4::splat(z)],
         }
     }
 
-    /// Where the ray is in the padded box. 6 subtractions, 6 products, 10 comparisons.
+    /// Where the ray is in both padded boxes: `near` and `far`, the first two lanes of each. Per box 6 subtractions, 6
+    /// products, 10 comparisons.
+    #[inline]
+    pub(crate) fn pair(&self, pair: &AabbPair) -> [Vec4; 2] {
+        let axis = |k: usize| {
+            let t = (Vec4::from_array(pair.0[k]) - self.origin[k]) * self.recip[k];
+            let swapped = t.zwxy();
+            [t.min(swapped), t.max(swapped)]
+        };
+        let [x, y, z] = [axis(0), axis(1), axis(2)];
+        [x[0].max(y[0]).max(z[0]), x[1].min(y[1]).min(z[1])]
+    }
+
+    /// Where the ray is in the padded box.
     #[inline]
     pub fn interval(&self, bounds: &Aabb) -> Interval {
-        let mut all = Interval::ALL;
-        for k in 0..3 {
-            let a = (bounds.min[k] - self.origin_for_min[k]) * self.recip[k];
-            let b = (bounds.max[k] - self.origin_for_max[k]) * self.recip[k];
-            all = all.intersect(Interval {
-                near: min(a, b),
-                far: max(a, b),
-            });
+        let [near, far] = self.pair(&AabbPair::new(bounds, bounds));
+        Interval {
+            near: near.x,
+            far: far.x,
         }
-        all
     }
 }
 
-/// The smallest `f32` that is not below `x`.
-#[inline]
-fn at_least(x: f64) -> f32 {
-    let nearest = x as f32;
-    if f64::from(nearest) < x {
-        nearest.next_up()
-    } else {
-        nearest
-    }
-}
-
-/// One comparison, one instruction; unlike `f32::min` it promises nothing about NaN, which cannot occur here.
-#[inline]
-fn min(a: f32, b: f32) -> f32 {
-    if a < b { a } else { b }
-}
-
-#[inline]
-fn max(a: f32, b: f32) -> f32 {
-    if a > b { a } else { b }
+/// The origin as seen by the faces: ahead by at least `pad` for the first ones, behind for the last ones. The slack
+/// makes up for the two roundings here.
+#[inline(always)]
+fn padded(origin: f32, pad: f32) -> Vec4 {
+    let slack = (origin.abs() + pad) * TWO_POW_MINUS_22;
+    let (for_min, for_max) = ((origin + pad) + slack, (origin - pad) - slack);
+    Vec4::new(for_min, for_min, for_max, for_max)
 }
 
 const TWO_POW_MINUS_20: f32 = 1.0 / (1 << 20) as f32;
+const TWO_POW_MINUS_22: f32 = 1.0 / (1 << 22) as f32;
 
 #[cfg(test)]
 mod tests {

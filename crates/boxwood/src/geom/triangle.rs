@@ -41,17 +41,21 @@ impl Triangle {
     pub const FLOPS_HIT: u32 = Self::FLOPS_MISS + 55;
 
     /// The exact test, without regard to the ray's range. `None`: the line misses, or sees the triangle edge-on.
-    #[inline]
+    #[inline(always)]
     pub fn intersect(&self, ray: &PreparedRay) -> Option<Candidate> {
-        let [a, b, c] = self.0.map(|vertex| sheared(vertex, ray));
-        let e = [edge(b, c), edge(c, a), edge(a, b)];
-        let negative = e[0] < 0.0 || e[1] < 0.0 || e[2] < 0.0;
-        let positive = e[0] > 0.0 || e[1] > 0.0 || e[2] > 0.0;
+        let [a, b, c] = [
+            sheared(&self.0[0], ray),
+            sheared(&self.0[1], ray),
+            sheared(&self.0[2], ray),
+        ];
+        let (ea, eb, ec) = (edge(b, c), edge(c, a), edge(a, b));
+        let negative = ea < 0.0 || eb < 0.0 || ec < 0.0;
+        let positive = ea > 0.0 || eb > 0.0 || ec > 0.0;
         if negative && positive {
             return None;
         }
         // Not decided by certain signs alone: some are zero or NaN.
-        let certain = e.into_iter().all(|x| x < 0.0) || e.into_iter().all(|x| x > 0.0);
+        let certain = (ea < 0.0 && eb < 0.0 && ec < 0.0) || (ea > 0.0 && eb > 0.0 && ec > 0.0);
         if !certain && !inside(exact_signs(a, b, c)) {
             return None;
         }
@@ -60,7 +64,11 @@ impl Triangle {
 
     /// The same test with its numbers.
     pub fn trace(&self, ray: &PreparedRay) -> EdgeTrace {
-        let [a, b, c] = self.0.map(|vertex| sheared(vertex, ray));
+        let [a, b, c] = [
+            sheared(&self.0[0], ray),
+            sheared(&self.0[1], ray),
+            sheared(&self.0[2], ray),
+        ];
         let edges = [edge_f64(b, c), edge_f64(c, a), edge_f64(a, b)];
         EdgeTrace {
             edges,
@@ -90,8 +98,8 @@ impl Triangle {
 
 /// A vertex in the space where the ray starts at the origin and runs along the last axis. The same operations in the
 /// same order for every vertex, so equal vertices stay equal.
-#[inline]
-fn sheared(vertex: [f32; 3], ray: &PreparedRay) -> [f32; 3] {
+#[inline(always)]
+fn sheared(vertex: &[f32; 3], ray: &PreparedRay) -> [f32; 3] {
     let [kx, ky, kz] = ray.axes;
     let depth = vertex[kz] - ray.origin[kz];
     [
@@ -101,13 +109,13 @@ fn sheared(vertex: [f32; 3], ray: &PreparedRay) -> [f32; 3] {
     ]
 }
 
-#[inline]
+#[inline(always)]
 fn edge(a: [f32; 3], b: [f32; 3]) -> f32 {
     a[0] * b[1] - a[1] * b[0]
 }
 
 /// Exact in sign: the products of 24-bit numbers fit into 53 bits.
-#[inline]
+#[inline(always)]
 fn edge_f64(a: [f32; 3], b: [f32; 3]) -> f64 {
     f64::from(a[0]) * f64::from(b[1]) - f64::from(a[1]) * f64::from(b[0])
 }
@@ -134,15 +142,15 @@ fn inside(signs: [i8; 3]) -> bool {
 }
 
 /// The weights are computed from the sheared vertices, so the point is on the triangle however grazing the ray.
-#[inline]
+#[inline(always)]
 fn evaluate(a: [f32; 3], b: [f32; 3], c: [f32; 3], ray: &PreparedRay) -> Option<Candidate> {
-    let e = [edge_f64(b, c), edge_f64(c, a), edge_f64(a, b)];
-    let determinant = e[0] + e[1] + e[2];
+    let (ea, eb, ec) = (edge_f64(b, c), edge_f64(c, a), edge_f64(a, b));
+    let determinant = ea + eb + ec;
     // Divided late, so that a plane of constant depth has that depth and a ray from a triangle starts at 0.
-    let depth = (e[0] * f64::from(a[2]) + e[1] * f64::from(b[2]) + e[2] * f64::from(c[2])) / determinant;
+    let depth = (ea * f64::from(a[2]) + eb * f64::from(b[2]) + ec * f64::from(c[2])) / determinant;
     let t = (depth * ray.t_per_depth) as f32 + 0.0;
     // Both have the sign of the determinant; `abs` turns -0 into 0.
-    let [u, v] = [e[1], e[2]].map(|x| (x / determinant).abs());
+    let (u, v) = ((eb / determinant).abs(), (ec / determinant).abs());
     (determinant != 0.0 && t.is_finite()).then_some(Candidate {
         t,
         u: u as f32,

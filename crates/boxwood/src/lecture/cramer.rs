@@ -20,14 +20,12 @@ pub const FLOPS: [u32; 3] = [29, 44, 50];
 /// The slides' routine: `None` if the line misses the triangle, and where it was decided. `t` may lie outside the ray's
 /// range; a triangle seen edge-on gives `M = 0` and is missed.
 #[inline]
-#[expect(clippy::many_single_char_names, reason = "the slides' names")]
 pub fn intersect(ray: &Ray, triangle: &Triangle) -> (Option<Barycentric>, Exit) {
     intersect_with(ray.origin, ray.dir, triangle.0)
 }
 
 /// Over any kind of number, so that a test can count.
 #[inline]
-#[expect(clippy::many_single_char_names, reason = "the slides' names")]
 fn intersect_with<N: Number>(
     p: [N; 3],
     dir: [N; 3],

@@ -54,12 +54,16 @@ pub trait Primitives: Send + Sync + Sized + 'static {
         points.extend(self.bounds(index).corners());
     }
 
+    /// A hint that this primitive may be tested soon.
+    #[inline(always)]
+    fn prefetch(&self, _index: usize) {}
+
     /// Memory held.
     fn bytes(&self) -> usize;
 }
 
 /// The test as the definition of a hit has it: the range is closed, `t` is bound to the primitive's own padded box.
-#[inline]
+#[inline(always)]
 pub(crate) fn accepted<P: Primitives>(
     prims: &P,
     index: usize,

@@ -31,7 +31,7 @@ impl Primitives for Triangles {
             .all(|x| x.abs() <= MAX_COORDINATE)
     }
 
-    #[inline]
+    #[inline(always)]
     fn intersect(&self, index: usize, ray: &PreparedRay) -> Option<Candidate> {
         self.0[index].intersect(ray)
     }
@@ -42,6 +42,11 @@ impl Primitives for Triangles {
 
     fn hull(&self, index: usize, points: &mut Vec<[f32; 3]>) {
         points.extend(self.0[index].0);
+    }
+
+    #[inline(always)]
+    fn prefetch(&self, index: usize) {
+        crate::simd::prefetch(&self.0, index);
     }
 
     fn bytes(&self) -> usize {

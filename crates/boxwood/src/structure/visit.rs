@@ -7,8 +7,14 @@ use std::ops::ControlFlow;
 
 /// What a traversal reports to.
 pub trait Visit {
+    /// True if it pays to go front to back.
+    const IN_ORDER: bool = true;
+
     /// Nothing beyond this matters any more.
     fn t_max(&self) -> f32;
+
+    /// The primitive in this slot may be asked for soon.
+    fn soon(&mut self, slot: u32);
 
     /// The ray may hit the primitives in these slots. `Break` ends the traversal.
     fn leaf(&mut self, slots: impl Iterator<Item = u32>) -> ControlFlow<()>;
@@ -99,6 +105,11 @@ impl<'a, P: Primitives, O: Observer> ClosestHit<'a, P, O> {
 }
 
 impl<P: Primitives, O: Observer> Visit for ClosestHit<'_, P, O> {
+    #[inline(always)]
+    fn soon(&mut self, slot: u32) {
+        self.asked.prims.prefetch(slot as usize);
+    }
+
     #[inline]
     fn t_max(&self) -> f32 {
         self.best.t
@@ -140,6 +151,13 @@ pub struct Occluded<'a, P, O> {
 }
 
 impl<P: Primitives, O: Observer> Visit for Occluded<'_, P, O> {
+    #[inline(always)]
+    fn soon(&mut self, slot: u32) {
+        self.asked.prims.prefetch(slot as usize);
+    }
+
+    const IN_ORDER: bool = false;
+
     #[inline]
     fn t_max(&self) -> f32 {
         self.asked.ray.t_max
@@ -186,6 +204,13 @@ impl<P: Primitives, O: Observer> AllHits<'_, P, O> {
 }
 
 impl<P: Primitives, O: Observer> Visit for AllHits<'_, P, O> {
+    #[inline(always)]
+    fn soon(&mut self, slot: u32) {
+        self.asked.prims.prefetch(slot as usize);
+    }
+
+    const IN_ORDER: bool = false;
+
     #[inline]
     fn t_max(&self) -> f32 {
         self.asked.ray.t_max

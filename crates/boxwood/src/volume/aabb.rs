@@ -1,7 +1,7 @@
 //! The axis-aligned box as a bounding volume.
 
 use super::BoundingVolume;
-use crate::geom::{Aabb, Interval, PreparedRay, SlabRay, Sphere};
+use crate::geom::{Aabb, AabbPair, Interval, PreparedRay, SlabRay, Sphere};
 
 impl BoundingVolume for Aabb {
     const NAME: &'static str = "aabb";
@@ -10,6 +10,7 @@ impl BoundingVolume for Aabb {
     const UNION_IS_TIGHT: bool = true;
 
     type Ray = SlabRay;
+    type Pair = AabbPair;
 
     fn of_points(points: &[[f32; 3]]) -> Self {
         Self::of_points(points)
@@ -35,6 +36,29 @@ impl BoundingVolume for Aabb {
     #[inline]
     fn interval(&self, ray: &SlabRay) -> Interval {
         ray.interval(self)
+    }
+
+    fn pair(a: &Self, b: &Self) -> AabbPair {
+        AabbPair::new(a, b)
+    }
+
+    fn of_pair(pair: &AabbPair) -> [Self; 2] {
+        pair.boxes()
+    }
+
+    #[inline]
+    fn pair_intervals(pair: &AabbPair, ray: &SlabRay) -> [Interval; 2] {
+        let [near, far] = ray.pair(pair);
+        [
+            Interval {
+                near: near.x,
+                far: far.x,
+            },
+            Interval {
+                near: near.y,
+                far: far.y,
+            },
+        ]
     }
 
     fn surface_area(&self) -> f64 {

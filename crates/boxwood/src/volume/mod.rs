@@ -11,7 +11,7 @@ mod sphere;
 use crate::geom::{Aabb, Interval, PreparedRay, Sphere, Triangle};
 
 /// A shape that encloses others and is quick to test.
-pub trait BoundingVolume: Copy + Send + Sync + 'static {
+pub trait BoundingVolume: Copy + std::fmt::Debug + Send + Sync + 'static {
     /// As in the table and on the command line.
     const NAME: &'static str;
     /// Operations of one [`BoundingVolume::interval`].
@@ -21,6 +21,8 @@ pub trait BoundingVolume: Copy + Send + Sync + 'static {
 
     /// What the test wants to know of a ray, computed once per ray.
     type Ray: Copy;
+    /// Two volumes side by side, in the layout that a test of both at once likes.
+    type Pair: Copy + std::fmt::Debug + Send + Sync + 'static;
 
     /// The volume around points. No points, or only NaN ones, give an empty volume that no ray meets.
     fn of_points(points: &[[f32; 3]]) -> Self;
@@ -62,6 +64,15 @@ pub trait BoundingVolume: Copy + Send + Sync + 'static {
     /// Where the line is inside, never too short; empty for a miss. Of an empty volume (its `bounds` say so) it may be
     /// anything.
     fn interval(&self, ray: &Self::Ray) -> Interval;
+
+    /// Puts two volumes side by side.
+    fn pair(a: &Self, b: &Self) -> Self::Pair;
+
+    /// Takes a pair apart again.
+    fn of_pair(pair: &Self::Pair) -> [Self; 2];
+
+    /// [`BoundingVolume::interval`] of both.
+    fn pair_intervals(pair: &Self::Pair, ray: &Self::Ray) -> [Interval; 2];
 
     /// Surface area, what the cost of a hierarchy is measured by.
     fn surface_area(&self) -> f64;

@@ -18,6 +18,7 @@ impl BoundingVolume for Obb {
     const FLOPS: u32 = 3 + 30 + 30;
 
     type Ray = ObbRay;
+    type Pair = [Self; 2];
 
     fn of_points(points: &[[f32; 3]]) -> Self {
         let points: Vec<DVec3> = points
@@ -86,6 +87,19 @@ impl BoundingVolume for Obb {
             near: near as f32,
             far: far as f32,
         }
+    }
+
+    fn pair(a: &Self, b: &Self) -> [Self; 2] {
+        [*a, *b]
+    }
+
+    fn of_pair(pair: &[Self; 2]) -> [Self; 2] {
+        *pair
+    }
+
+    #[inline]
+    fn pair_intervals(pair: &[Self; 2], ray: &Self::Ray) -> [Interval; 2] {
+        pair.map(|volume| volume.interval(ray))
     }
 
     fn surface_area(&self) -> f64 {

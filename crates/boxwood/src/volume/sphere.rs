@@ -18,6 +18,7 @@ impl BoundingVolume for Sphere {
     const FLOPS: u32 = Self::FLOPS + 1;
 
     type Ray = SphereRay;
+    type Pair = [Self; 2];
 
     fn of_points(points: &[[f32; 3]]) -> Self {
         Ball::around(points).map_or(EMPTY, Ball::rounded_out)
@@ -60,6 +61,19 @@ impl BoundingVolume for Sphere {
             },
             _ => Interval::EMPTY,
         }
+    }
+
+    fn pair(a: &Self, b: &Self) -> [Self; 2] {
+        [*a, *b]
+    }
+
+    fn of_pair(pair: &[Self; 2]) -> [Self; 2] {
+        *pair
+    }
+
+    #[inline]
+    fn pair_intervals(pair: &[Self; 2], ray: &Self::Ray) -> [Interval; 2] {
+        pair.map(|volume| volume.interval(ray))
     }
 
     fn surface_area(&self) -> f64 {
