@@ -1,0 +1,137 @@
+//! The exposed picture with its layers.
+
+use boxwood::Counts;
+use glam::Vec3;
+use rayon::prelude::*;
+
+use crate::{Crop, Image, Scale, Tone, legend};
+
+/// Side of a tile in pixels.
+pub const TILE: u32 = 16;
+
+/// A picture in linear light, and what is known about each pixel.
+///
+/// All layers have `width * height` entries, row by row from the upper left. The data layers (all
+/// but `color`) belong to the one ray through the pixel's centre and know only the scene, not the
+/// renderer's own floor.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Film {
+    /// Where in the full picture this film lies; its size is the size of the film.
+    pub window: Crop,
+    /// Width and height of the full picture.
+    pub full_size: [u32; 2],
+    /// Linear RGB (Rec. 709 primaries), before exposure.
+    pub color: Vec<[f32; 3]>,
+    /// Distance from the eye in the unit of the scene; infinite where nothing is hit.
+    pub depth: Vec<f32>,
+    /// The shading normal in world space, on the side of the eye; zero where nothing is hit.
+    pub normal: Vec<[f32; 3]>,
+    /// Number of the triangle, `u32::MAX` where nothing is hit.
+    pub prim: Vec<u32>,
+    /// Number of the material, `u32::MAX` for the default material and where nothing is hit.
+    pub material: Vec<u32>,
+    /// Box tests of the centre ray; in a grid the cells that it visits, if they are more.
+    pub box_tests: Vec<u32>,
+    /// Primitive tests of the centre ray.
+    pub prim_tests: Vec<u32>,
+    /// Whether each tile of [`TILE`] x [`TILE`] pixels is done, row by row; false after an
+    /// interruption.
+    pub finished: Vec<bool>,
+    /// All rays: centre, camera, shadow, bounce.
+    pub rays: u64,
+    /// The work of the centre rays together.
+    pub counts: Counts,
+    /// How `color` is to be shown.
+    pub tone: Tone,
+    /// Factor on `color` before `tone`.
+    pub exposure: f32,
+    /// Of shadings that colour a layer: the scale, for the legend.
+    pub scale: Option<Scale>,
+}
+
+impl Film {
+    /// Nothing exposed yet.
+    pub(crate) fn unexposed(window: Crop, full_size: [u32; 2], tone: Tone, exposure: f32) -> Self {
+        let n = window.width as usize * window.height as usize;
+        Self {
+            window,
+            full_size,
+            color: vec![[0.0; 3]; n],
+            depth: vec![f32::INFINITY; n],
+            normal: vec![[0.0; 3]; n],
+            prim: vec![u32::MAX; n],
+            material: vec![u32::MAX; n],
+            box_tests: vec![0; n],
+            prim_tests: vec![0; n],
+            finished: vec![
+                false;
+                window.width.div_ceil(TILE) as usize
+                    * window.height.div_ceil(TILE) as usize
+            ],
+            rays: 0,
+            counts: Counts::default(),
+            tone,
+            exposure,
+            scale: None,
+        }
+    }
+
+    /// In pixels.
+    pub fn width(&self) -> u32 {
+        self.window.width
+    }
+
+    /// In pixels.
+    pub fn height(&self) -> u32 {
+        self.window.height
+    }
+
+    /// True unless the picture was interrupted.
+    pub fn is_complete(&self) -> bool {
+        self.finished.iter().all(|&done| done)
+    }
+
+    /// The share of the tiles that are done, 0 to 1.
+    pub fn finished_share(&self) -> f32 {
+        self.finished.iter().filter(|&&done| done).count() as f32
+            / self.finished.len().max(1) as f32
+    }
+
+    /// Whether the tile of this pixel is done.
+    pub fn is_finished(&self, pixel: usize) -> bool {
+        let width = self.width() as usize;
+        let tile = TILE as usize;
+        self.finished[(pixel / width / tile) * width.div_ceil(tile) + (pixel % width) / tile]
+    }
+
+    /// The picture for a screen: exposed, tone-mapped, sRGB, with the legend of the scale where it
+    /// fits in. Tiles that are not done are a dim checkerboard.
+    pub fn to_image(&self) -> Image {
+        let width = self.width() as usize;
+        let pixels = self.color.par_iter().enumerate().map(|(pixel, &color)| {
+            if self.is_finished(pixel) {
+                let shown = self.tone.apply(Vec3::from(color) * self.exposure);
+                shown.to_array().map(crate::tone::linear_to_srgb8)
+            } else {
+                unexposed_checker(pixel % width, pixel / width)
+            }
+        });
+        let mut image = Image {
+            width: self.width(),
+            height: self.height(),
+            rgb: pixels.collect(),
+        };
+        if let Some(scale) = &self.scale {
+            legend::draw(&mut image, scale);
+        }
+        image
+    }
+}
+
+fn unexposed_checker(x: usize, y: usize) -> [u8; 3] {
+    if (x / 8 + y / 8).is_multiple_of(2) {
+        [40; 3]
+    } else {
+        [56; 3]
+    }
+}

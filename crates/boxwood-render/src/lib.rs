@@ -1,0 +1,47 @@
+//! Pictures with Boxwood: cameras, shadings, heat maps, PNG and EXR, and how far two pictures are
+//! apart.
+//!
+//! The way of the data: a [`View`] (a checked camera with a size) and [`Surfaces`] (the looks of
+//! the triangles) go with a scene into [`render()`], which gives a [`Film`]; that becomes an
+//! [`Image`] for [`write_png`], or goes to [`write_exr`] with all its layers. [`SHADINGS`] is the
+//! table of what a picture can show.
+//!
+//! Pictures are the same, bit for bit, for any number of threads and on every machine:
+//! transcendental functions come from pure Rust, and nothing is fused.
+#![forbid(unsafe_code)]
+
+mod auto_camera;
+mod bsdf;
+mod compare;
+mod error;
+mod film;
+mod flip;
+mod floor;
+mod image;
+mod legend;
+mod light;
+mod output;
+mod probe;
+mod render;
+mod sampler;
+mod sampling;
+mod scale;
+mod shade;
+mod stage;
+mod surfaces;
+mod tone;
+mod view;
+
+pub use auto_camera::auto_camera;
+pub use compare::{Comparison, compare};
+pub use error::RenderError;
+pub use film::{Film, TILE};
+pub use image::Image;
+pub use light::PointLight;
+pub use output::{Picture, read_picture, save_atomically, write_exr, write_png};
+pub use render::{Crop, MAX_PIXELS, MAX_SAMPLES, Progress, RenderOptions, Watch, render};
+pub use scale::{Scale, ScaleOptions};
+pub use shade::{SHADINGS, Shading};
+pub use surfaces::{Surface, Surfaces};
+pub use tone::{Tone, neutral};
+pub use view::{MAX_SIDE, View};

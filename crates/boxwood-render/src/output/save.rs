@@ -1,0 +1,178 @@
+//! Files that are whole or not there.
+
+use std::{
+    io::{self, BufWriter, ErrorKind, Write},
+    path::Path,
+};
+
+use tempfile::Builder;
+
+use crate::RenderError;
+
+/// Lets `write` fill a file beside `path`, brings it to the disk, and then renames it to `path`.
+///
+/// Whoever reads `path` sees the old file or the new one, never a half. On any error what stood
+/// there stays, and the new file is removed; the error names the path, the cause and what to do.
+/// The file gets the usual permissions.
+pub fn save_atomically(
+    path: &Path,
+    write: impl FnOnce(&mut dyn Write) -> Result<(), RenderError>,
+) -> Result<(), RenderError> {
+    let failed = |cause: io::Error| {
+        let remedy = remedy(&cause);
+        RenderError::Save {
+            path: path.to_owned(),
+            cause,
+            remedy,
+        }
+    };
+    let folder = path
+        .parent()
+        .filter(|folder| !folder.as_os_str().is_empty())
+        .unwrap_or(Path::new("."));
+    if path.is_dir() {
+        return Err(failed(io::Error::from(ErrorKind::IsADirectory)));
+    }
+    let mut file = new_file(folder).map_err(failed)?;
+    let mut out = Watched {
+        inner: BufWriter::new(file.as_file_mut()),
+        error: None,
+    };
+    let written = write(&mut out).and_then(|()| out.flush().map_err(failed));
+    // The system's own error says more than the encoder's words about it.
+    if let Some(cause) = out.error.take() {
+        return Err(failed(cause));
+    }
+    written?;
+    drop(out);
+    file.as_file().sync_all().map_err(failed)?;
+    file.persist(path).map_err(|error| failed(error.error))?;
+    Ok(())
+}
+
+/// With the permissions of a file that any program makes, not the closed ones of a secret.
+fn new_file(folder: &Path) -> io::Result<tempfile::NamedTempFile> {
+    let mut builder = Builder::new();
+    builder.prefix(".boxwood-").suffix(".part");
+    #[cfg(unix)]
+    {
+        use std::{fs::Permissions, os::unix::fs::PermissionsExt};
+        builder.permissions(Permissions::from_mode(0o666));
+    }
+    builder.tempfile_in(folder)
+}
+
+fn remedy(cause: &io::Error) -> &'static str {
+    match cause.kind() {
+        ErrorKind::NotFound => "the folder does not exist: create it or choose another",
+        ErrorKind::PermissionDenied => "you may not write there: choose another folder",
+        ErrorKind::ReadOnlyFilesystem => "the disk is read-only: choose another folder",
+        ErrorKind::StorageFull | ErrorKind::QuotaExceeded => {
+            "the disk is full: make room or choose another"
+        }
+        ErrorKind::IsADirectory => "this is a folder: add a file name",
+        _ => "choose another place and try again",
+    }
+}
+
+/// Keeps the first error of the file.
+struct Watched<W: Write> {
+    inner: W,
+    error: Option<io::Error>,
+}
+
+impl<W: Write> Watched<W> {
+    fn keep<T>(&mut self, result: io::Result<T>) -> io::Result<T> {
+        result.map_err(|error| {
+            let kind = error.kind();
+            if kind == ErrorKind::Interrupted {
+                return error;
+            }
+            self.error.get_or_insert(error);
+            io::Error::from(kind)
+        })
+    }
+}
+
+impl<W: Write> Write for Watched<W> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let result = self.inner.write(bytes);
+        self.keep(result)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        let result = self.inner.flush();
+        self.keep(result)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+
+    use super::*;
+
+    fn failing(_: &mut dyn Write) -> Result<(), RenderError> {
+        Err(RenderError::Encode {
+            format: "PNG",
+            cause: "as planned".to_owned(),
+        })
+    }
+
+    #[test]
+    fn a_failure_keeps_the_old_file_and_leaves_nothing_beside_it() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.png");
+        save_atomically(&path, |out| {
+            out.write_all(b"old").map_err(|_| unreachable!())
+        })
+        .unwrap();
+        let error = save_atomically(&path, |out| {
+            let _ = out.write_all(b"half");
+            failing(out)
+        });
+        assert!(error.unwrap_err().to_string().contains("as planned"));
+        assert_eq!(fs::read(&path).unwrap(), b"old");
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+        save_atomically(&path, |out| {
+            out.write_all(b"new").map_err(|_| unreachable!())
+        })
+        .unwrap();
+        assert_eq!(fs::read(&path).unwrap(), b"new");
+    }
+
+    #[test]
+    fn missing_folders_and_folders_in_place_of_files_are_named() {
+        let folder = tempfile::tempdir().unwrap();
+        let message = save_atomically(&folder.path().join("no/a.png"), |_| Ok(()))
+            .unwrap_err()
+            .to_string();
+        assert!(
+            message.contains("a.png") && message.contains("does not exist"),
+            "{message}"
+        );
+        let message = save_atomically(folder.path(), |_| Ok(()))
+            .unwrap_err()
+            .to_string();
+        assert!(message.contains("add a file name"), "{message}");
+    }
+
+    #[test]
+    fn a_full_disk_is_told_as_such() {
+        struct Full;
+        impl Write for Full {
+            fn write(&mut self, _: &[u8]) -> io::Result<usize> {
+                Err(io::Error::from(ErrorKind::StorageFull))
+            }
+            fn flush(&mut self) -> io::Result<()> {
+                Ok(())
+            }
+        }
+        let mut watched = Watched {
+            inner: Full,
+            error: None,
+        };
+        assert!(watched.write(b"x").is_err());
+        assert!(remedy(&watched.error.unwrap()).contains("full"));
+    }
+}
