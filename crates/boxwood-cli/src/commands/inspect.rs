@@ -1,0 +1,242 @@
+//! `boxwood inspect`: what a file holds, and what a structure makes of it.
+
+use std::time::Duration;
+
+use boxwood::{Scene, Stats, Triangle};
+use boxwood_scene::{FlatMesh, Model};
+use serde::Serialize;
+
+use crate::{
+    args::{SceneArgs, StructureArgs},
+    output::{Exit, Output, grouped, mebibytes, short},
+};
+
+/// Show what a scene holds, and the shape of the structure over it.
+///
+/// Triangles are counted with every use of a mesh (`triangles`) and as stored (`unique_triangles`).
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:
+  boxwood inspect bunny.obj
+  boxwood inspect builtin:stadium --structure grid
+  boxwood inspect scene.glb --builder sweep --json")]
+pub(crate) struct Args {
+    #[command(flatten)]
+    scene: SceneArgs,
+    #[command(flatten)]
+    structure: StructureArgs,
+}
+
+/// Everything found, in the words of the JSON object.
+#[derive(Serialize)]
+struct Report {
+    file: String,
+    /// Every use of a mesh counted.
+    triangles: u64,
+    /// As stored.
+    unique_triangles: u64,
+    /// As stored.
+    vertices: usize,
+    meshes: usize,
+    instances: usize,
+    materials: usize,
+    textures: usize,
+    cameras: usize,
+    has_normals: bool,
+    has_uvs: bool,
+    /// Null without triangles.
+    bounds: Option<Bounds>,
+    load_ms: f64,
+    structure: Shape,
+    /// Without area: they are kept, and never hit.
+    degenerate_triangles: usize,
+    /// With a box at least half as large as the scene's.
+    huge_triangles: usize,
+    /// Too far away to be computed with: never hit.
+    skipped_triangles: usize,
+    warnings: Vec<String>,
+}
+
+#[derive(Serialize)]
+struct Bounds {
+    min: [f32; 3],
+    max: [f32; 3],
+}
+
+/// Of the structure.
+#[derive(Serialize)]
+struct Shape {
+    name: &'static str,
+    label: String,
+    build_ms: f64,
+    bytes: usize,
+    nodes: usize,
+    leaves: usize,
+    max_depth: u32,
+    /// Primitives in leaves, those in several counted several times.
+    references: usize,
+    /// Null where it says nothing: for grids and scenes without area.
+    sah_cost: Option<f64>,
+    /// Number of leaves with 0, 1, 2, ... primitives.
+    leaf_sizes: Vec<usize>,
+}
+
+/// Loads, builds and prints.
+pub(crate) fn run(args: &Args, out: &Output) -> anyhow::Result<Exit> {
+    let loaded = args.scene.load_quietly()?;
+    let (scene, build_time) = args.structure.build(&loaded.mesh)?;
+    let shape = Shape::of(&scene, args.structure.label(), build_time);
+    let report = Report::of(&loaded.name, &loaded.model, &loaded.mesh, &scene, (loaded.time, shape));
+    if out.is_json() {
+        out.json(&report)?;
+    } else {
+        out.text(report.text())?;
+    }
+    Ok(Exit::Ok)
+}
+
+impl Shape {
+    fn of(scene: &Scene, label: String, build_time: Duration) -> Self {
+        let Stats { nodes, leaves, max_depth, references, leaf_sizes, sah_cost, bytes } = scene.stats();
+        let is_tree = boxwood::Structure::named(scene.structure()).is_ok_and(|structure| structure.is_tree);
+        Self {
+            name: scene.structure(),
+            label,
+            build_ms: build_time.as_secs_f64() * 1e3,
+            bytes,
+            nodes,
+            leaves,
+            max_depth,
+            references,
+            sah_cost: (is_tree && sah_cost.is_finite()).then_some(sah_cost),
+            leaf_sizes,
+        }
+    }
+}
+
+impl Report {
+    fn of(name: &str, model: &Model, mesh: &FlatMesh, scene: &Scene, (time, structure): (Duration, Shape)) -> Self {
+        let box_of = scene.bounds();
+        let diagonal = box_of.diagonal();
+        let triangles = || mesh.indices.iter().map(|corners| Triangle(corners.map(|i| mesh.positions[i as usize])));
+        let mut report = Self {
+            file: name.to_owned(),
+            triangles: model.triangle_count(),
+            unique_triangles: model.unique_triangle_count(),
+            vertices: model.meshes.iter().map(|mesh| mesh.positions.len()).sum(),
+            meshes: model.meshes.len(),
+            instances: model.instances.len(),
+            materials: model.materials.len(),
+            textures: model.textures.len(),
+            cameras: model.cameras.len(),
+            has_normals: !mesh.normals.is_empty(),
+            has_uvs: !mesh.uvs.is_empty(),
+            bounds: mesh.bounds().map(|(min, max)| Bounds { min, max }),
+            load_ms: time.as_secs_f64() * 1e3,
+            structure,
+            degenerate_triangles: triangles().filter(has_no_area).count(),
+            huge_triangles: triangles().filter(|t| boxwood::Aabb::of_triangle(t).diagonal() > 0.5 * diagonal).count(),
+            skipped_triangles: scene.skipped(),
+            warnings: model.warnings.clone(),
+        };
+        report.warn();
+        report
+    }
+
+    /// Adds what the numbers mean to the warnings of the loader.
+    fn warn(&mut self) {
+        let mut warn = |count: usize, text: &str| {
+            if count > 0 {
+                self.warnings.push(format!("{} triangles {text}", grouped(count as u64)));
+            }
+        };
+        warn(self.degenerate_triangles, "have no area: they are never hit");
+        warn(self.skipped_triangles, "are too far away to be computed with: they are never hit");
+        // A handful of large ones are walls and floors; many spoil every box around them.
+        if self.huge_triangles as u64 > 16 && self.huge_triangles as u64 * 50 > self.triangles {
+            warn(self.huge_triangles, "are more than half as large as the scene: boxes around them overlap");
+        }
+    }
+
+    fn text(&self) -> String {
+        let count = |n: usize| grouped(n as u64);
+        let mut lines = vec![("file", self.file.clone())];
+        let stored = match self.unique_triangles == self.triangles {
+            true => String::new(),
+            false => format!(" ({} stored)", grouped(self.unique_triangles)),
+        };
+        let extras = [(self.has_normals, ", normals"), (self.has_uvs, ", texture coordinates")];
+        let extras: String = extras.iter().filter(|(has, _)| *has).map(|(_, name)| *name).collect();
+        lines.push(("triangles", format!("{}{stored}", grouped(self.triangles))));
+        lines.push(("vertices", format!("{}{extras}", count(self.vertices))));
+        lines.push(("meshes", format!("{}, {} instances of them", count(self.meshes), count(self.instances))));
+        let (materials, textures) = (count(self.materials), count(self.textures));
+        lines.push(("materials", format!("{materials}, {textures} textures, {} cameras", self.cameras)));
+        lines.push(("bounds", self.bounds.as_ref().map_or("empty".to_owned(), Bounds::text)));
+        lines.push(("loaded in", format!("{} ms", short(self.load_ms))));
+        lines.push(("structure", self.structure.label.clone()));
+        lines.extend(self.structure.lines());
+        lines.extend(self.warnings.iter().map(|warning| ("warning", warning.clone())));
+        lines.iter().map(|(name, value)| format!("{name:<11} {value}")).collect::<Vec<_>>().join("\n")
+    }
+}
+
+impl Bounds {
+    fn text(&self) -> String {
+        let list = |[x, y, z]: [f32; 3]| format!("{x} {y} {z}");
+        format!("{} to {}", list(self.min), list(self.max))
+    }
+}
+
+impl Shape {
+    fn lines(&self) -> Vec<(&'static str, String)> {
+        let count = |n: usize| grouped(n as u64);
+        let mut lines = vec![
+            ("built in", format!("{} ms", short(self.build_ms))),
+            ("memory", format!("{} MiB with the triangles", mebibytes(self.bytes))),
+            ("nodes", format!("{}, {} of them leaves, deepest at {}", count(self.nodes), count(self.leaves), self.max_depth)),
+            ("references", count(self.references)),
+        ];
+        if let Some(cost) = self.sah_cost {
+            lines.push(("SAH cost", short(cost)));
+        }
+        lines.extend(self.histogram());
+        lines
+    }
+
+    /// One line per leaf size, or per range of them where there are many.
+    fn histogram(&self) -> Vec<(&'static str, String)> {
+        const LINES: usize = 10;
+        let step = self.leaf_sizes.len().div_ceil(LINES).max(1);
+        let bins: Vec<usize> = self.leaf_sizes.chunks(step).map(|sizes| sizes.iter().sum()).collect();
+        let most = bins.iter().copied().max().unwrap_or(0).max(1);
+        let line = |(bin, &leaves): (usize, &usize)| {
+            let (first, last) = (bin * step, (bin * step + step).min(self.leaf_sizes.len()) - 1);
+            let sizes = if first == last { first.to_string() } else { format!("{first}-{last}") };
+            let bar = "#".repeat((leaves * 40).div_ceil(most));
+            ("", format!("{sizes:>7} in a leaf {:>11} {bar}", grouped(leaves as u64)).trim_end().to_owned())
+        };
+        bins.iter().enumerate().filter(|(_, leaves)| **leaves > 0).map(line).collect()
+    }
+}
+
+/// In f64: the exact answer for all but extreme coordinates.
+fn has_no_area(triangle: &Triangle) -> bool {
+    let [a, b, c] = triangle.0.map(|corner| corner.map(f64::from));
+    let edge = |p: [f64; 3]| [p[0] - a[0], p[1] - a[1], p[2] - a[2]];
+    let (u, v) = (edge(b), edge(c));
+    let cross = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
+    cross == [0.0; 3]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn collinear_corners_have_no_area() {
+        let of = |c: [f32; 3]| Triangle([[1.0, 2.0, 3.5], [2.0, 4.0, 7.0], c]);
+        assert!(has_no_area(&of([4.0, 8.0, 14.0])));
+        assert!(has_no_area(&of([1.0, 2.0, 3.5])));
+        assert!(!has_no_area(&of([4.0, 8.0, 14.000_001])));
+    }
+}

@@ -1,0 +1,64 @@
+//! The table of commands. A new one is a file with `Args` and `run`, a `mod` line, and a line in the table.
+
+mod demo;
+mod render;
+mod inspect;
+mod cost;
+mod bounds;
+mod race;
+mod check;
+mod explain;
+mod simplify;
+mod diff;
+mod list;
+mod doctor;
+mod completions;
+mod man;
+
+use crate::output::{Exit, Output};
+
+macro_rules! commands {
+    ($($Command:ident => $module:ident,)*) => {
+        /// Every command with its arguments; their help is the doc comment of `Args`.
+        #[derive(Debug, clap::Subcommand)]
+        pub(crate) enum Command {
+            $(#[allow(missing_docs, reason = "said at Args")] $Command($module::Args),)*
+        }
+
+        impl Command {
+            /// As typed.
+            pub(crate) fn name(&self) -> &'static str {
+                match self { $(Self::$Command(_) => stringify!($module),)* }
+            }
+
+            /// Does the work.
+            pub(crate) fn run(&self, out: &Output) -> anyhow::Result<Exit> {
+                match self { $(Self::$Command(args) => $module::run(args, out),)* }
+            }
+        }
+    };
+}
+
+// In the order in which help lists them.
+commands! {
+    Demo => demo,
+    Render => render,
+    Inspect => inspect,
+    Cost => cost,
+    Bounds => bounds,
+    Race => race,
+    Check => check,
+    Explain => explain,
+    Simplify => simplify,
+    Diff => diff,
+    List => list,
+    Doctor => doctor,
+    Completions => completions,
+    Man => man,
+}
+
+impl Default for Command {
+    fn default() -> Self {
+        Self::Demo(demo::Args::default())
+    }
+}

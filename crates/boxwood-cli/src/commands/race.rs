@@ -1,0 +1,349 @@
+//! `boxwood race`: every structure on the same rays.
+
+use std::time::Duration;
+
+use boxwood::{Counts, Hit, Ray, Scene};
+use boxwood_render::View;
+use rayon::prelude::*;
+use serde::Serialize;
+
+use crate::{
+    args::{CameraArgs, Loaded, SceneArgs},
+    contest::{Built, bounced_rays, camera_rays, contenders, random_rays},
+    measure::{Task, interleaved, nanoseconds, on_one_thread},
+    output::{Exit, Output, Table, grouped, mebibytes, short},
+};
+
+/// Race the structures: the same rays, the same answer, not the same time.
+///
+/// A third of the rays goes through pixels of the picture, a third starts in random directions where those end (as shadows
+/// and bounces do), a third are random lines through the scene. Each structure answers all of them for the closest hit;
+/// building time, memory, tests per ray and time per ray are measured. The structures take turns, and the times are medians.
+/// Brute force gets as many rays as it can do in a moment: its row is an estimate, marked `est.`
+///
+/// Exit code 1 if two structures do not give the same bits.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Examples:
+  boxwood race builtin:stadium --rays 20000
+  boxwood race builtin:bush --rays 20000 --all --json")]
+pub(crate) struct Args {
+    #[command(flatten)]
+    scene: SceneArgs,
+    /// How many rays.
+    #[arg(long, value_name = "N", default_value_t = 300_000, value_parser = clap::value_parser!(u32).range(100..))]
+    rays: u32,
+    /// Race every structure, builder and volume.
+    #[arg(long)]
+    all: bool,
+    #[command(flatten)]
+    camera: CameraArgs,
+}
+
+/// Turns that each structure has on one thread, each with rays of its own.
+const TURNS: usize = 16;
+/// Rays of all those turns together.
+const ONE_THREAD_RAYS: usize = 1 << 16;
+/// Turns that each structure has on all threads, each with all the rays.
+const LAPS: usize = 5;
+/// Primitive tests that brute force may do in a turn.
+const LIST_TESTS: usize = 20_000_000;
+
+/// The JSON object.
+#[derive(Serialize)]
+struct Answer {
+    file: String,
+    triangles: usize,
+    rays: usize,
+    camera_rays: usize,
+    bounced_rays: usize,
+    random_rays: usize,
+    hits: usize,
+    threads: usize,
+    same_answer: bool,
+    structures: Vec<Row>,
+}
+
+/// One structure.
+#[derive(Serialize)]
+struct Row {
+    name: String,
+    /// True if only a sample of the rays was asked.
+    estimated: bool,
+    /// Rays that all numbers are from.
+    rays: usize,
+    build_ms: f64,
+    bytes: usize,
+    nodes_per_ray: f64,
+    box_tests_per_ray: f64,
+    primitive_tests_per_ray: f64,
+    flops_per_ray: f64,
+    bytes_per_ray: f64,
+    /// On one thread.
+    ns_per_ray: f64,
+    /// On all threads, in 10^6 rays a second.
+    mrays_per_second: f64,
+    /// Bit for bit, on its rays.
+    same_answer: bool,
+}
+
+/// Races and prints the table.
+pub(crate) fn run(args: &Args, out: &Output) -> anyhow::Result<Exit> {
+    let loaded = args.scene.load(out)?;
+    let mut runners = Vec::new();
+    for contender in contenders(args.all) {
+        out.note(format_args!("building {}", contender.name()));
+        runners.push(Runner {
+            is_list: contender.is_list(),
+            built: contender.build(&loaded.mesh)?,
+        });
+    }
+    let fastest = runners
+        .iter()
+        .find(|r| r.built.scene.structure() == boxwood::Structure::DEFAULT);
+    let judge = &fastest.unwrap_or(&runners[0]).built.scene;
+    let view = args.camera.view(judge, &loaded)?;
+    let course = Course::new(judge, &view, args.rays as usize);
+    let answer = race(&loaded, &runners, &course, out)?;
+    if out.is_json() {
+        out.json(&answer)?;
+    } else {
+        out.text(text(&answer))?;
+    }
+    Ok(Exit::from_difference(!answer.same_answer))
+}
+
+struct Runner {
+    built: Built,
+    is_list: bool,
+}
+
+/// The rays, well mixed, and the right answers.
+struct Course {
+    rays: Vec<Ray>,
+    /// From the camera, bounced, random.
+    kinds: [usize; 3],
+    answers: Vec<Option<Hit>>,
+}
+
+impl Course {
+    fn new(scene: &Scene, view: &View, count: usize) -> Self {
+        let third = count / 3;
+        let camera = camera_rays(view, third);
+        let bounced = bounced_rays(scene, &camera);
+        let random = random_rays(scene, third);
+        let kinds = [camera.len(), bounced.len(), random.len()];
+        // In turn, so that the first rays are a fair sample of all.
+        let longest = kinds.into_iter().max().unwrap_or(0);
+        let of = |i: usize| {
+            [camera.get(i), bounced.get(i), random.get(i)]
+                .into_iter()
+                .flatten()
+                .copied()
+        };
+        let rays: Vec<Ray> = (0..longest).flat_map(of).collect();
+        let mut answers = vec![None; rays.len()];
+        scene.closest_hits(&rays, &mut answers);
+        Self {
+            rays,
+            kinds,
+            answers,
+        }
+    }
+}
+
+impl Runner {
+    /// How many of the first rays it is asked about.
+    fn rays(&self, course: &Course) -> usize {
+        let all = course.rays.len();
+        if self.is_list {
+            (LIST_TESTS / self.built.scene.len().max(1))
+                .clamp(8, all.max(8))
+                .min(all)
+        } else {
+            all
+        }
+    }
+}
+
+fn race(
+    loaded: &Loaded,
+    runners: &[Runner],
+    course: &Course,
+    out: &Output,
+) -> anyhow::Result<Answer> {
+    out.note("racing ...");
+    let counted: Vec<Work> = runners.iter().map(|runner| count(runner, course)).collect();
+    let slow = on_one_thread(|| one_thread(runners, course))?;
+    let fast = all_threads(runners, course);
+    let measured = counted.into_iter().zip(slow).zip(fast);
+    let structures: Vec<Row> = runners
+        .iter()
+        .zip(measured)
+        .map(|(runner, ((work, slow), fast))| row(runner, course, work, slow, fast))
+        .collect();
+    Ok(Answer {
+        file: loaded.name.clone(),
+        triangles: loaded.mesh.indices.len(),
+        rays: course.rays.len(),
+        camera_rays: course.kinds[0],
+        bounced_rays: course.kinds[1],
+        random_rays: course.kinds[2],
+        hits: course.answers.iter().flatten().count(),
+        threads: rayon::current_num_threads(),
+        same_answer: structures.iter().all(|row| row.same_answer),
+        structures,
+    })
+}
+
+fn row(runner: &Runner, course: &Course, work: Work, slow: Lap, fast: Lap) -> Row {
+    let Built { name, scene, time } = &runner.built;
+    let rays = runner.rays(course);
+    let per_ray = |sum: u64| sum as f64 / rays.max(1) as f64;
+    Row {
+        name: name.clone(),
+        estimated: rays < course.rays.len(),
+        rays,
+        build_ms: time.as_secs_f64() * 1e3,
+        bytes: scene.stats().bytes,
+        nodes_per_ray: per_ray(work.counts.nodes),
+        box_tests_per_ray: per_ray(work.counts.boxes),
+        primitive_tests_per_ray: per_ray(work.counts.prims),
+        flops_per_ray: per_ray(work.counts.flops),
+        bytes_per_ray: per_ray(work.counts.bytes),
+        ns_per_ray: nanoseconds(slow.time, slow.rays),
+        mrays_per_second: 1e3 / nanoseconds(fast.time, fast.rays),
+        same_answer: work.same_answer,
+    }
+}
+
+#[derive(Clone, Copy)]
+struct Work {
+    counts: Counts,
+    same_answer: bool,
+}
+
+/// The work, and whether the answers are right in every bit.
+fn count(runner: &Runner, course: &Course) -> Work {
+    let rays = &course.rays[..runner.rays(course)];
+    let mut hits = vec![None; rays.len()];
+    let counts = runner.built.scene.closest_hits_counted(rays, &mut hits);
+    let bits = |hit: &Option<Hit>| {
+        hit.map(|h| ([h.t, h.u, h.v].map(f32::to_bits), [h.prim, h.geom, h.inst]))
+    };
+    let same_answer = hits
+        .iter()
+        .map(bits)
+        .eq(course.answers[..rays.len()].iter().map(bits));
+    Work {
+        counts,
+        same_answer,
+    }
+}
+
+/// The time of a turn, and its rays.
+#[derive(Clone, Copy)]
+struct Lap {
+    time: Duration,
+    rays: usize,
+}
+
+/// In each turn the structures are asked about the same rays, brute force about the first of those.
+fn one_thread(runners: &[Runner], course: &Course) -> Vec<Lap> {
+    let turn_of = |runner: &Runner| (runner.rays(course).min(ONE_THREAD_RAYS) / TURNS).max(1);
+    let mut tasks: Vec<Task<'_>> = Vec::new();
+    for runner in runners {
+        let (turn, stride) = (turn_of(runner), course.rays.len() / TURNS);
+        let mut hits = vec![None; turn];
+        let rays = move |round| &course.rays[round * stride..][..turn];
+        tasks.push(Box::new(move |round| {
+            runner.built.scene.closest_hits(rays(round), &mut hits);
+        }));
+    }
+    let times = interleaved(TURNS, &mut tasks);
+    times
+        .into_iter()
+        .zip(runners)
+        .map(|(time, runner)| Lap {
+            time,
+            rays: turn_of(runner),
+        })
+        .collect()
+}
+
+/// In pieces small enough to keep every thread busy, also with the few rays of brute force.
+fn all_threads(runners: &[Runner], course: &Course) -> Vec<Lap> {
+    let mut tasks: Vec<Task<'_>> = Vec::new();
+    for runner in runners {
+        let rays = &course.rays[..runner.rays(course)];
+        let piece = (rays.len() / (8 * rayon::current_num_threads())).clamp(1, 1024);
+        let mut hits = vec![None; rays.len()];
+        tasks.push(Box::new(move |_| {
+            let pieces = rays.par_chunks(piece).zip(hits.par_chunks_mut(piece));
+            pieces.for_each(|(rays, hits)| runner.built.scene.closest_hits(rays, hits));
+        }));
+    }
+    let times = interleaved(LAPS, &mut tasks);
+    times
+        .into_iter()
+        .zip(runners)
+        .map(|(time, runner)| Lap {
+            time,
+            rays: runner.rays(course),
+        })
+        .collect()
+}
+
+fn text(answer: &Answer) -> String {
+    let mut table = Table::new([
+        "structure",
+        "build ms",
+        "MiB",
+        "box tests/ray",
+        "triangle tests/ray",
+        "flop/ray",
+        "ns/ray (1 thread)",
+        "Mrays/s (all)",
+        "same answer",
+    ]);
+    for row in &answer.structures {
+        table.row([
+            if row.estimated {
+                format!("{} est.", row.name)
+            } else {
+                row.name.clone()
+            },
+            short(row.build_ms),
+            mebibytes(row.bytes),
+            short(row.box_tests_per_ray),
+            short(row.primitive_tests_per_ray),
+            short(row.flops_per_ray),
+            short(row.ns_per_ray),
+            short(row.mrays_per_second),
+            if row.same_answer { "yes" } else { "NO" }.to_owned(),
+        ]);
+    }
+    let mut lines = vec![
+        format!(
+            "{}: {} triangles; {} rays ({} camera, {} bounced, {} random), {} hit; {} threads",
+            answer.file,
+            grouped(answer.triangles as u64),
+            grouped(answer.rays as u64),
+            grouped(answer.camera_rays as u64),
+            grouped(answer.bounced_rays as u64),
+            grouped(answer.random_rays as u64),
+            grouped(answer.hits as u64),
+            answer.threads
+        ),
+        String::new(),
+        table.to_string(),
+    ];
+    for row in answer.structures.iter().filter(|row| row.estimated) {
+        lines.push(format!(
+            "\nest.: {} was asked about the first {} rays",
+            row.name,
+            grouped(row.rays as u64)
+        ));
+    }
+    lines.join("\n")
+}

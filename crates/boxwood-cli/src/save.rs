@@ -1,0 +1,109 @@
+//! Where results go: files that are whole or not there, or standard output.
+
+use std::{
+    fs,
+    io::{self, Write},
+    path::{Path, PathBuf},
+};
+
+use boxwood_render::{RenderError, save_atomically};
+
+use crate::output::{Output, Trouble};
+
+/// Checks before the work what can be known before: the extension (one of `extensions`), the folder, and that stdout is
+/// not to be a file and a JSON object at once. Nothing to write is fine.
+pub(crate) fn check(name: Option<&str>, out: &Output, extensions: &[&str]) -> anyhow::Result<()> {
+    let Some(name) = name else { return Ok(()) };
+    if name == "-" {
+        return match out.is_json() {
+            true => Err(Trouble::usage("-o - and --json both want standard output", "name a file with -o").into()),
+            false => Ok(()),
+        };
+    }
+    let path = Path::new(name);
+    if !extensions.contains(&&*extension(name)) {
+        let known: Vec<String> = extensions.iter().map(|extension| format!(".{extension}")).collect();
+        let cause = format!("{name}: the name does not end in {}", known.join(" or "));
+        return Err(Trouble::usage(cause, "the extension says how to write the file").into());
+    }
+    if path.is_dir() {
+        return Err(Trouble::usage(format!("{name}: is a folder"), "add a file name").into());
+    }
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    if !folder.is_dir() {
+        let cause = format!("{name}: there is no folder {}", folder.display());
+        return Err(Trouble::usage(cause, "create it or choose another").into());
+    }
+    Ok(())
+}
+
+/// In lower case, without the dot; empty if there is none.
+pub(crate) fn extension(name: &str) -> String {
+    Path::new(name).extension().map(|extension| extension.to_string_lossy().to_lowercase()).unwrap_or_default()
+}
+
+/// Writes to the file called `name`, which is replaced as a whole or not at all; `-` is standard output. What is not a
+/// plain file (a pipe, a device) is written to as it is.
+pub(crate) fn save(
+    name: &str,
+    write: impl FnOnce(&mut dyn Write) -> Result<(), RenderError>,
+) -> anyhow::Result<()> {
+    if name == "-" {
+        return stream(io::stdout().lock(), write);
+    }
+    // A link stays a link: the file behind it is replaced.
+    let path = fs::canonicalize(name).unwrap_or_else(|_| PathBuf::from(name));
+    match fs::metadata(&path) {
+        Ok(found) if !found.is_file() && !found.is_dir() => stream(fs::File::create(&path)?, write),
+        _ => Ok(save_atomically(&path, write)?),
+    }
+}
+
+/// The whole at once: encoders speak of errors in their own words, and a broken pipe must stay one.
+fn stream(mut out: impl Write, write: impl FnOnce(&mut dyn Write) -> Result<(), RenderError>) -> anyhow::Result<()> {
+    let mut bytes = Vec::new();
+    write(&mut bytes)?;
+    out.write_all(&bytes)?;
+    out.flush()?;
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn hello(out: &mut dyn Write) -> Result<(), RenderError> {
+        out.write_all(b"hello").map_err(|error| RenderError::Encode { format: "PNG", cause: error.to_string() })
+    }
+
+    #[test]
+    fn what_cannot_be_written_is_found_before_the_work() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name).display().to_string();
+        let text = Output::new("render", false);
+        let refusal = |name: &str| check(Some(name), &text, &["png", "exr"]).unwrap_err().to_string();
+        assert!(refusal("a.jpg").contains("does not end in .png or .exr"));
+        assert!(refusal("a").contains("does not end"));
+        assert!(refusal(&at("no/a.png")).contains("there is no folder"));
+        fs::create_dir(at("b.png")).unwrap();
+        assert!(refusal(&at("b.png")).contains("is a folder"));
+        for fine in [Some("a.PNG"), Some("-"), None] {
+            check(fine, &text, &["png"]).unwrap();
+        }
+        assert!(check(Some("-"), &Output::new("render", true), &["png"]).is_err());
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn devices_are_written_to_and_links_are_kept() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        save("/dev/null", hello).unwrap();
+        assert!(!fs::metadata("/dev/null").unwrap().is_file());
+        fs::write(at("real"), b"old").unwrap();
+        std::os::unix::fs::symlink(at("real"), at("link")).unwrap();
+        save(&at("link").display().to_string(), hello).unwrap();
+        assert_eq!(fs::read(at("real")).unwrap(), b"hello");
+        assert!(fs::symlink_metadata(at("link")).unwrap().is_symlink());
+    }
+}
