@@ -1,0 +1,36 @@
+//! Everything that must hold before a change lands. `.ci/run` is nothing but this.
+
+use crate::shell::{command, exists, step};
+use crate::{figures, fuzz};
+use anyhow::Result;
+
+/// Runs all checks, the quick ones first.
+pub(crate) fn run(_: &[String]) -> Result<()> {
+    cargo("format", &["fmt", "--all", "--check"])?;
+    cargo("lints", &["clippy", "--workspace", "--all-targets", "--", "-D", "warnings"])?;
+    // The README's own command, as a user types it.
+    cargo("tests", &["test", "--release"])?;
+    cargo("core without threads", &["test", "--release", "-p", "boxwood", "--no-default-features", "--lib"])?;
+    let mut doc = command("cargo", &["doc", "--workspace", "--no-deps"]);
+    doc.env("RUSTDOCFLAGS", "-D warnings");
+    step("documentation", doc)?;
+    let plugin = "bench/plugin/Cargo.toml";
+    cargo("measurement plugin", &["clippy", "--release", "--manifest-path", plugin, "--", "-D", "warnings"])?;
+    cargo("chores", &["test", "-p", "xtask"])?;
+    figures::check()?;
+    dependencies()?;
+    fuzz::run(&[])
+}
+
+fn cargo(name: &str, args: &[&str]) -> Result<()> {
+    step(name, command("cargo", args))
+}
+
+/// Licences, bans and sources. The tool takes minutes to compile, so it is used where it is there.
+fn dependencies() -> Result<()> {
+    if exists("cargo", &["deny", "--version"]) {
+        return cargo("dependencies", &["deny", "check", "bans", "licenses", "sources"]);
+    }
+    println!("\n=== dependencies: skipped, cargo-deny is not installed (cargo install cargo-deny --locked)");
+    Ok(())
+}

@@ -1,0 +1,33 @@
+//! The project's own chores, the same at home and in CI: `cargo xtask` lists them.
+#![forbid(unsafe_code)]
+
+mod ci;
+mod figures;
+mod fuzz;
+mod shell;
+
+use anyhow::{Result, bail};
+
+/// A chore: its name, what it does, and the doing.
+type Chore = (&'static str, &'static str, fn(&[String]) -> Result<()>);
+
+/// Every chore. Add a line here.
+const CHORES: &[Chore] = &[
+    ("ci", "everything that must hold before a change lands", ci::run),
+    ("fuzz", "each file format's fuzz target, for SECONDS (default 60) each", fuzz::run),
+    ("figures", "the pictures of the README, drawn by the project itself", figures::run),
+];
+
+fn main() -> Result<()> {
+    let args: Vec<String> = std::env::args().skip(1).collect();
+    let Some((name, rest)) = args.split_first() else {
+        for (name, about, _) in CHORES {
+            println!("cargo xtask {name:<10} {about}");
+        }
+        return Ok(());
+    };
+    match CHORES.iter().find(|chore| chore.0 == name) {
+        Some((_, _, chore)) => chore(rest),
+        None => bail!("no chore is called '{name}'; `cargo xtask` lists them"),
+    }
+}
