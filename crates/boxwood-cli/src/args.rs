@@ -6,7 +6,9 @@ use std::{
     time::{Duration, Instant},
 };
 
-use boxwood::{AxisRule, BUILDERS, BuildOptions, Builder, STRUCTURES, Scene, Structure, VOLUMES, Volume};
+use boxwood::{
+    AxisRule, BUILDERS, BuildOptions, Builder, STRUCTURES, Scene, Structure, VOLUMES, Volume,
+};
 use boxwood_render::{MAX_SIDE, Surfaces, View, auto_camera};
 use boxwood_scene::{Camera, FlatMesh, Limits, LoadError, Model};
 use clap::builder::{PossibleValuesParser, TypedValueParser};
@@ -15,7 +17,9 @@ use crate::output::{Output, Trouble};
 
 /// Sets the size of the pool that everything runs in.
 pub(crate) fn use_threads(threads: u16) -> anyhow::Result<()> {
-    rayon::ThreadPoolBuilder::new().num_threads(threads.into()).build_global()?;
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(threads.into())
+        .build_global()?;
     Ok(())
 }
 
@@ -55,8 +59,16 @@ impl SceneArgs {
         let start = Instant::now();
         let model = self.model()?;
         // An error there is about the scene; it is the user's file that it is in.
-        let mesh = model.flatten().map_err(|error| LoadError { file: self.file.clone(), ..error })?;
-        Ok(Loaded { name: self.file.clone(), model, mesh, time: start.elapsed() })
+        let mesh = model.flatten().map_err(|error| LoadError {
+            file: self.file.clone(),
+            ..error
+        })?;
+        Ok(Loaded {
+            name: self.file.clone(),
+            model,
+            mesh,
+            time: start.elapsed(),
+        })
     }
 
     /// Loads the scene as it is stored.
@@ -80,9 +92,16 @@ impl Loaded {
 pub(crate) fn read_stdin() -> anyhow::Result<Vec<u8>> {
     let limit = Limits::default().max_file_bytes;
     let mut bytes = Vec::new();
-    std::io::stdin().lock().take(limit + 1).read_to_end(&mut bytes)?;
+    std::io::stdin()
+        .lock()
+        .take(limit + 1)
+        .read_to_end(&mut bytes)?;
     if bytes.len() as u64 > limit {
-        return Err(Trouble::input(format!("<stdin>: more than {limit} bytes"), "name the file instead").into());
+        return Err(Trouble::input(
+            format!("<stdin>: more than {limit} bytes"),
+            "name the file instead",
+        )
+        .into());
     }
     Ok(bytes)
 }
@@ -90,13 +109,24 @@ pub(crate) fn read_stdin() -> anyhow::Result<Vec<u8>> {
 /// All of a file that is not a scene, within the limit of files.
 pub(crate) fn read_file(path: &Path) -> anyhow::Result<Vec<u8>> {
     let name = path.display();
-    let failed = |error: std::io::Error| Trouble::input(format!("{name}: {error}"), "name a file that can be read");
-    let (metadata, limit) = (std::fs::metadata(path).map_err(failed)?, Limits::default().max_file_bytes);
+    let failed = |error: std::io::Error| {
+        Trouble::input(format!("{name}: {error}"), "name a file that can be read")
+    };
+    let (metadata, limit) = (
+        std::fs::metadata(path).map_err(failed)?,
+        Limits::default().max_file_bytes,
+    );
     if !metadata.is_file() {
-        return Err(Trouble::input(format!("{name}: is not a regular file"), "pipe it into `-`").into());
+        return Err(
+            Trouble::input(format!("{name}: is not a regular file"), "pipe it into `-`").into(),
+        );
     }
     if metadata.len() > limit {
-        return Err(Trouble::input(format!("{name}: more than {limit} bytes"), "name a smaller file").into());
+        return Err(Trouble::input(
+            format!("{name}: more than {limit} bytes"),
+            "name a smaller file",
+        )
+        .into());
     }
     Ok(std::fs::read(path).map_err(failed)?)
 }
@@ -129,7 +159,8 @@ pub(crate) struct StructureArgs {
 }
 
 fn structures() -> impl TypedValueParser<Value = Structure> {
-    PossibleValuesParser::new(STRUCTURES.iter().map(|s| s.name)).try_map(|name| Structure::named(&name))
+    PossibleValuesParser::new(STRUCTURES.iter().map(|s| s.name))
+        .try_map(|name| Structure::named(&name))
 }
 
 fn builders() -> impl TypedValueParser<Value = Builder> {
@@ -167,7 +198,10 @@ impl StructureArgs {
     pub(crate) fn label(&self) -> String {
         let options = self.options();
         match self.structure.is_tree {
-            true => format!("{} ({}, {})", self.structure.name, options.builder.name, options.volume),
+            true => format!(
+                "{} ({}, {})",
+                self.structure.name, options.builder.name, options.volume
+            ),
             false => self.structure.name.to_owned(),
         }
     }
@@ -179,9 +213,16 @@ impl StructureArgs {
 }
 
 /// Builds over `mesh`, and says how long that took.
-pub(crate) fn build(mesh: &FlatMesh, structure: &str, options: BuildOptions) -> anyhow::Result<(Scene, Duration)> {
+pub(crate) fn build(
+    mesh: &FlatMesh,
+    structure: &str,
+    options: BuildOptions,
+) -> anyhow::Result<(Scene, Duration)> {
     let start = Instant::now();
-    let builder = Scene::builder().mesh(&mesh.positions, &mesh.indices).structure(structure).options(options);
+    let builder = Scene::builder()
+        .mesh(&mesh.positions, &mesh.indices)
+        .structure(structure)
+        .options(options);
     Ok((builder.build()?, start.elapsed()))
 }
 
@@ -224,7 +265,10 @@ impl std::str::FromStr for CameraChoice {
     fn from_str(text: &str) -> Result<Self, String> {
         match text {
             "auto" => Ok(Self::Auto),
-            _ => text.parse().map(Self::Number).map_err(|_| "a number or `auto`".to_owned()),
+            _ => text
+                .parse()
+                .map(Self::Number)
+                .map_err(|_| "a number or `auto`".to_owned()),
         }
     }
 }
@@ -238,8 +282,14 @@ impl CameraArgs {
         let base = match self.camera {
             Some(CameraChoice::Auto) => auto(),
             Some(CameraChoice::Number(number)) => *cameras.get(number).ok_or_else(|| {
-                let help = format!("it has {} cameras, counted from 0; --camera auto finds one", cameras.len());
-                Trouble::usage(format!("{}: there is no camera {number}", loaded.name), help)
+                let help = format!(
+                    "it has {} cameras, counted from 0; --camera auto finds one",
+                    cameras.len()
+                );
+                Trouble::usage(
+                    format!("{}: there is no camera {number}", loaded.name),
+                    help,
+                )
             })?,
             None => cameras.first().copied().unwrap_or_else(auto),
         };
@@ -256,14 +306,27 @@ impl CameraArgs {
 /// A camera as it is typed.
 pub(crate) fn camera_flags(camera: &Camera) -> String {
     let list = |[x, y, z]: [f32; 3]| format!("{x},{y},{z}");
-    format!("--vp {} --vi {} --vu {} --fov {}", list(camera.eye), list(camera.target), list(camera.up), camera.fov)
+    format!(
+        "--vp {} --vi {} --vu {} --fov {}",
+        list(camera.eye),
+        list(camera.target),
+        list(camera.up),
+        camera.fov
+    )
 }
 
 /// `N` numbers with commas between them.
 pub(crate) fn numbers<const N: usize>(text: &str) -> Result<[f32; N], String> {
-    let parsed: Result<Vec<f32>, _> = text.split(',').map(|part| part.trim().parse::<f32>()).collect();
-    let parsed = parsed.ok().filter(|numbers| numbers.iter().all(|x| x.is_finite()));
-    parsed.and_then(|list| list.try_into().ok()).ok_or_else(|| format!("{N} plain numbers with commas, as in 1,2.5,-3"))
+    let parsed: Result<Vec<f32>, _> = text
+        .split(',')
+        .map(|part| part.trim().parse::<f32>())
+        .collect();
+    let parsed = parsed
+        .ok()
+        .filter(|numbers| numbers.iter().all(|x| x.is_finite()));
+    parsed
+        .and_then(|list| list.try_into().ok())
+        .ok_or_else(|| format!("{N} plain numbers with commas, as in 1,2.5,-3"))
 }
 
 /// `1,2.5,-3`.
@@ -273,8 +336,14 @@ pub(crate) fn triple(text: &str) -> Result<[f32; 3], String> {
 
 /// `1280x720`.
 pub(crate) fn size(text: &str) -> Result<[u32; 2], String> {
-    let side = |text: &str| text.parse().ok().filter(|side| (1..=MAX_SIDE).contains(side));
-    let sides = text.split_once(['x', 'X']).and_then(|(width, height)| Some([side(width)?, side(height)?]));
+    let side = |text: &str| {
+        text.parse()
+            .ok()
+            .filter(|side| (1..=MAX_SIDE).contains(side))
+    };
+    let sides = text
+        .split_once(['x', 'X'])
+        .and_then(|(width, height)| Some([side(width)?, side(height)?]));
     sides.ok_or_else(|| format!("width x height in pixels, 1 to {MAX_SIDE} each, as in 1280x720"))
 }
 
@@ -310,10 +379,17 @@ mod tests {
             #[command(flatten)]
             camera: CameraArgs,
         }
-        let camera = Camera { eye: [-1.0, 2.5, 1e-7], target: [0.1, -0.2, 3.0], up: [0.0, 0.0, 1.0], fov: 35.5 };
+        let camera = Camera {
+            eye: [-1.0, 2.5, 1e-7],
+            target: [0.1, -0.2, 3.0],
+            up: [0.0, 0.0, 1.0],
+            fov: 35.5,
+        };
         let flags = camera_flags(&camera);
         let words = ["boxwood"].into_iter().chain(flags.split(' '));
-        let line = <Line as clap::Parser>::try_parse_from(words).unwrap().camera;
+        let line = <Line as clap::Parser>::try_parse_from(words)
+            .unwrap()
+            .camera;
         assert_eq!((line.vp, line.vi), (Some(camera.eye), Some(camera.target)));
         assert_eq!((line.vu, line.fov), (Some(camera.up), Some(camera.fov)));
     }

@@ -43,27 +43,54 @@ pub(crate) struct Trouble {
 impl Trouble {
     /// The user asked for something that cannot be done.
     pub(crate) fn usage(cause: impl Into<String>, help: impl Into<String>) -> Self {
-        Self { exit: Exit::Usage, cause: cause.into(), help: Some(help.into()) }
+        Self {
+            exit: Exit::Usage,
+            cause: cause.into(),
+            help: Some(help.into()),
+        }
     }
 
     /// The user gave something that cannot be used.
     pub(crate) fn input(cause: impl Into<String>, help: impl Into<String>) -> Self {
-        Self { exit: Exit::Input, cause: cause.into(), help: Some(help.into()) }
+        Self {
+            exit: Exit::Input,
+            cause: cause.into(),
+            help: Some(help.into()),
+        }
     }
 
     /// From the error of a library.
     fn of(error: &anyhow::Error) -> Self {
         for cause in error.chain() {
             if let Some(Self { exit, cause, help }) = cause.downcast_ref() {
-                return Self { exit: *exit, cause: cause.clone(), help: help.clone() };
+                return Self {
+                    exit: *exit,
+                    cause: cause.clone(),
+                    help: help.clone(),
+                };
             }
             if let Some(load) = cause.downcast_ref::<LoadError>() {
-                let bare = LoadError { remedy: None, ..load.clone() };
-                return Self { exit: Exit::Input, cause: bare.to_string(), help: load.remedy.clone() };
+                let bare = LoadError {
+                    remedy: None,
+                    ..load.clone()
+                };
+                return Self {
+                    exit: Exit::Input,
+                    cause: bare.to_string(),
+                    help: load.remedy.clone(),
+                };
             }
             if let Some(build) = cause.downcast_ref::<BuildError>() {
-                let exit = if matches!(build, BuildError::UnknownName { .. }) { Exit::Usage } else { Exit::Input };
-                return Self { exit, cause: build.to_string(), help: None };
+                let exit = if matches!(build, BuildError::UnknownName { .. }) {
+                    Exit::Usage
+                } else {
+                    Exit::Input
+                };
+                return Self {
+                    exit,
+                    cause: build.to_string(),
+                    help: None,
+                };
             }
             if let Some(render) = cause.downcast_ref::<RenderError>() {
                 let exit = match render {
@@ -72,11 +99,21 @@ impl Trouble {
                 };
                 // Their messages end with the remedy, as in "cause; remedy".
                 let text = format!("{error:#}");
-                let (cause, help) = text.rsplit_once("; ").map_or((&*text, None), |(c, h)| (c, Some(h.to_owned())));
-                return Self { exit, cause: cause.to_owned(), help };
+                let (cause, help) = text
+                    .rsplit_once("; ")
+                    .map_or((&*text, None), |(c, h)| (c, Some(h.to_owned())));
+                return Self {
+                    exit,
+                    cause: cause.to_owned(),
+                    help,
+                };
             }
         }
-        Self { exit: Exit::Usage, cause: format!("{error:#}"), help: None }
+        Self {
+            exit: Exit::Usage,
+            cause: format!("{error:#}"),
+            help: None,
+        }
     }
 }
 
@@ -117,7 +154,11 @@ impl Output {
 
     /// Prints the result as JSON: `body`'s fields within the versioned frame.
     pub(crate) fn json<T: Serialize>(&self, body: &T) -> anyhow::Result<()> {
-        let envelope = Envelope { boxwood: SCHEMA, command: self.command, body };
+        let envelope = Envelope {
+            boxwood: SCHEMA,
+            command: self.command,
+            body,
+        };
         self.text(serde_json::to_string_pretty(&envelope)?)
     }
 
@@ -152,7 +193,9 @@ impl Output {
     /// Says on stderr why the command failed, and chooses the exit code. A reader who has left (`| head`) is no failure.
     pub(crate) fn failed(&self, error: &anyhow::Error) -> Exit {
         let is_broken_pipe = |cause: &(dyn std::error::Error + 'static)| {
-            cause.downcast_ref::<io::Error>().is_some_and(|error| error.kind() == io::ErrorKind::BrokenPipe)
+            cause
+                .downcast_ref::<io::Error>()
+                .is_some_and(|error| error.kind() == io::ErrorKind::BrokenPipe)
         };
         if error.chain().any(is_broken_pipe) {
             return Exit::Ok;
@@ -176,7 +219,9 @@ pub(crate) struct Table {
 impl Table {
     /// With these column titles.
     pub(crate) fn new<S: Into<String>>(titles: impl IntoIterator<Item = S>) -> Self {
-        Self { rows: vec![titles.into_iter().map(Into::into).collect()] }
+        Self {
+            rows: vec![titles.into_iter().map(Into::into).collect()],
+        }
     }
 
     /// Adds a row.
@@ -187,18 +232,31 @@ impl Table {
 
 impl fmt::Display for Table {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let width_of = |column: usize| self.rows.iter().filter_map(|row| row.get(column)).map(|c| c.chars().count()).max();
+        let width_of = |column: usize| {
+            self.rows
+                .iter()
+                .filter_map(|row| row.get(column))
+                .map(|c| c.chars().count())
+                .max()
+        };
         let widths: Vec<usize> = (0..).map_while(width_of).collect();
         let mut lines = Vec::new();
         for row in &self.rows {
-            let cells = row.iter().zip(&widths).enumerate().map(|(column, (cell, &width))| match column {
-                0 => format!("{cell:<width$}"),
-                _ => format!("{cell:>width$}"),
-            });
+            let cells = row
+                .iter()
+                .zip(&widths)
+                .enumerate()
+                .map(|(column, (cell, &width))| match column {
+                    0 => format!("{cell:<width$}"),
+                    _ => format!("{cell:>width$}"),
+                });
             lines.push(cells.collect::<Vec<_>>().join("  ").trim_end().to_owned());
         }
         if let Some(titles) = lines.first().cloned() {
-            lines.insert(1, "-".repeat(widths.iter().sum::<usize>() + 2 * widths.len().saturating_sub(1)));
+            lines.insert(
+                1,
+                "-".repeat(widths.iter().sum::<usize>() + 2 * widths.len().saturating_sub(1)),
+            );
             lines[0] = titles;
         }
         f.write_str(&lines.join("\n"))
@@ -208,7 +266,12 @@ impl fmt::Display for Table {
 /// `995,328,000,000`.
 pub(crate) fn grouped(number: u64) -> String {
     let digits = number.to_string();
-    let groups: Vec<&str> = digits.as_bytes().rchunks(3).rev().filter_map(|group| str::from_utf8(group).ok()).collect();
+    let groups: Vec<&str> = digits
+        .as_bytes()
+        .rchunks(3)
+        .rev()
+        .filter_map(|group| str::from_utf8(group).ok())
+        .collect();
     groups.join(",")
 }
 
@@ -220,7 +283,10 @@ pub(crate) fn short(number: f64) -> String {
         x if x >= 100.0 => format!("{number:.0}"),
         x if x >= 10.0 => format!("{number:.1}"),
         x if x >= 1.0 => format!("{number:.2}"),
-        x => format!("{number:.*}", (2 - x.log10().floor() as i32).clamp(3, 9) as usize),
+        x => format!(
+            "{number:.*}",
+            (2 - x.log10().floor() as i32).clamp(3, 9) as usize
+        ),
     }
 }
 
@@ -235,14 +301,26 @@ mod tests {
 
     #[test]
     fn numbers_are_grouped_by_thousands() {
-        for (number, text) in [(0, "0"), (27, "27"), (921_600, "921,600"), (995_328_000_000, "995,328,000,000")] {
+        for (number, text) in [
+            (0, "0"),
+            (27, "27"),
+            (921_600, "921,600"),
+            (995_328_000_000, "995,328,000,000"),
+        ] {
             assert_eq!(grouped(number), text);
         }
     }
 
     #[test]
     fn short_numbers_keep_three_digits() {
-        let cases = [(0.0, "0"), (0.012_34, "0.0123"), (4.556, "4.56"), (78.94, "78.9"), (123.4, "123"), (1234.6, "1,235")];
+        let cases = [
+            (0.0, "0"),
+            (0.012_34, "0.0123"),
+            (4.556, "4.56"),
+            (78.94, "78.9"),
+            (123.4, "123"),
+            (1234.6, "1,235"),
+        ];
         for (number, text) in cases {
             assert_eq!(short(number), text);
         }
@@ -262,15 +340,34 @@ mod tests {
     fn each_kind_of_error_has_its_exit_code_and_remedy() {
         let load = LoadError::new("a.ply", "is cut short").with_remedy("copy it again");
         let cases: [(anyhow::Error, Exit, &str, Option<&str>); 4] = [
-            (load.into(), Exit::Input, "a.ply: is cut short", Some("copy it again")),
-            (Trouble::usage("no", "yes").into(), Exit::Usage, "no", Some("yes")),
             (
-                anyhow::Error::from(RenderError::Decode { cause: "bad".into(), remedy: "redo it" }).context("a.png"),
+                load.into(),
+                Exit::Input,
+                "a.ply: is cut short",
+                Some("copy it again"),
+            ),
+            (
+                Trouble::usage("no", "yes").into(),
+                Exit::Usage,
+                "no",
+                Some("yes"),
+            ),
+            (
+                anyhow::Error::from(RenderError::Decode {
+                    cause: "bad".into(),
+                    remedy: "redo it",
+                })
+                .context("a.png"),
                 Exit::Input,
                 "a.png: cannot read the picture: bad",
                 Some("redo it"),
             ),
-            (BuildError::MixedPrimitives.into(), Exit::Input, "a scene holds one kind", None),
+            (
+                BuildError::MixedPrimitives.into(),
+                Exit::Input,
+                "a scene holds one kind",
+                None,
+            ),
         ];
         for (error, exit, cause, help) in cases {
             let found = Trouble::of(&error);
@@ -281,7 +378,8 @@ mod tests {
 
     #[test]
     fn a_reader_who_left_is_no_failure() {
-        let error = anyhow::Error::from(io::Error::from(io::ErrorKind::BrokenPipe)).context("stdout");
+        let error =
+            anyhow::Error::from(io::Error::from(io::ErrorKind::BrokenPipe)).context("stdout");
         assert_eq!(Output::new("list", false).failed(&error), Exit::Ok);
     }
 }

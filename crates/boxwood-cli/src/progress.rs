@@ -1,6 +1,7 @@
 //! How far a long command has come, and how it is stopped.
 
 use std::{
+    fmt,
     io::{self, IsTerminal},
     sync::{
         Once,
@@ -9,7 +10,9 @@ use std::{
     time::Duration,
 };
 
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
+
+use crate::output::short;
 
 /// A bar with rate and remaining time on stderr; nothing where stderr is no terminal. Gone when it is dropped.
 #[derive(Debug)]
@@ -21,12 +24,18 @@ impl Progress {
     /// For `total` pieces of work; `unit` is their name in the plural, as in `pixels`.
     pub(crate) fn new(total: u64, unit: &str) -> Self {
         if !io::stderr().is_terminal() {
-            return Self { bar: ProgressBar::hidden() };
+            return Self {
+                bar: ProgressBar::hidden(),
+            };
         }
         let bar = ProgressBar::with_draw_target(Some(total), ProgressDrawTarget::stderr_with_hz(8));
-        let template = format!("{{bar:30}} {{percent:>3}} %  {{per_sec}} {unit}, {{eta}} left  {{msg}}");
+        let template =
+            format!("{{bar:30}} {{percent:>3}} %  {{rate}} {unit}/s, {{eta}} left  {{msg}}");
         if let Ok(style) = ProgressStyle::with_template(&template) {
-            bar.set_style(style.progress_chars("=> "));
+            let rate = |state: &ProgressState, to: &mut dyn fmt::Write| {
+                let _ = to.write_str(&short(state.per_sec()));
+            };
+            bar.set_style(style.with_key("rate", rate).progress_chars("=> "));
         }
         bar.enable_steady_tick(Duration::from_millis(250));
         Self { bar }

@@ -16,20 +16,30 @@ pub(crate) fn check(name: Option<&str>, out: &Output, extensions: &[&str]) -> an
     let Some(name) = name else { return Ok(()) };
     if name == "-" {
         return match out.is_json() {
-            true => Err(Trouble::usage("-o - and --json both want standard output", "name a file with -o").into()),
+            true => Err(Trouble::usage(
+                "-o - and --json both want standard output",
+                "name a file with -o",
+            )
+            .into()),
             false => Ok(()),
         };
     }
     let path = Path::new(name);
     if !extensions.contains(&&*extension(name)) {
-        let known: Vec<String> = extensions.iter().map(|extension| format!(".{extension}")).collect();
+        let known: Vec<String> = extensions
+            .iter()
+            .map(|extension| format!(".{extension}"))
+            .collect();
         let cause = format!("{name}: the name does not end in {}", known.join(" or "));
         return Err(Trouble::usage(cause, "the extension says how to write the file").into());
     }
     if path.is_dir() {
         return Err(Trouble::usage(format!("{name}: is a folder"), "add a file name").into());
     }
-    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let folder = path
+        .parent()
+        .filter(|folder| !folder.as_os_str().is_empty())
+        .unwrap_or(Path::new("."));
     if !folder.is_dir() {
         let cause = format!("{name}: there is no folder {}", folder.display());
         return Err(Trouble::usage(cause, "create it or choose another").into());
@@ -39,7 +49,10 @@ pub(crate) fn check(name: Option<&str>, out: &Output, extensions: &[&str]) -> an
 
 /// In lower case, without the dot; empty if there is none.
 pub(crate) fn extension(name: &str) -> String {
-    Path::new(name).extension().map(|extension| extension.to_string_lossy().to_lowercase()).unwrap_or_default()
+    Path::new(name)
+        .extension()
+        .map(|extension| extension.to_string_lossy().to_lowercase())
+        .unwrap_or_default()
 }
 
 /// Writes to the file called `name`, which is replaced as a whole or not at all; `-` is standard output. What is not a
@@ -60,7 +73,10 @@ pub(crate) fn save(
 }
 
 /// The whole at once: encoders speak of errors in their own words, and a broken pipe must stay one.
-fn stream(mut out: impl Write, write: impl FnOnce(&mut dyn Write) -> Result<(), RenderError>) -> anyhow::Result<()> {
+fn stream(
+    mut out: impl Write,
+    write: impl FnOnce(&mut dyn Write) -> Result<(), RenderError>,
+) -> anyhow::Result<()> {
     let mut bytes = Vec::new();
     write(&mut bytes)?;
     out.write_all(&bytes)?;
@@ -73,7 +89,11 @@ mod tests {
     use super::*;
 
     fn hello(out: &mut dyn Write) -> Result<(), RenderError> {
-        out.write_all(b"hello").map_err(|error| RenderError::Encode { format: "PNG", cause: error.to_string() })
+        out.write_all(b"hello")
+            .map_err(|error| RenderError::Encode {
+                format: "PNG",
+                cause: error.to_string(),
+            })
     }
 
     #[test]
@@ -81,7 +101,11 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let at = |name: &str| folder.path().join(name).display().to_string();
         let text = Output::new("render", false);
-        let refusal = |name: &str| check(Some(name), &text, &["png", "exr"]).unwrap_err().to_string();
+        let refusal = |name: &str| {
+            check(Some(name), &text, &["png", "exr"])
+                .unwrap_err()
+                .to_string()
+        };
         assert!(refusal("a.jpg").contains("does not end in .png or .exr"));
         assert!(refusal("a").contains("does not end"));
         assert!(refusal(&at("no/a.png")).contains("there is no folder"));

@@ -56,7 +56,10 @@ impl Show {
     pub(crate) fn draw(self, image: &Image, columns: u16) -> Result<String, RenderError> {
         match self {
             Self::Kitty => Ok(kitty(&png(image)?, columns)),
-            Self::Iterm => Ok(format!("\x1b]1337;File=inline=1;width={columns}:{}\x07", STANDARD.encode(png(image)?))),
+            Self::Iterm => Ok(format!(
+                "\x1b]1337;File=inline=1;width={columns}:{}\x07",
+                STANDARD.encode(png(image)?)
+            )),
             Self::Blocks => Ok(blocks(image, u32::from(columns))),
         }
     }
@@ -64,7 +67,9 @@ impl Show {
 
 /// Columns of the terminal, 80 if it does not say; at most 160, which is a good picture.
 pub(crate) fn columns() -> u16 {
-    terminal_size::terminal_size().map_or(80, |(width, _)| width.0).clamp(20, 160)
+    terminal_size::terminal_size()
+        .map_or(80, |(width, _)| width.0)
+        .clamp(20, 160)
 }
 
 /// Columns that `image` may take so that it is at most `lines` high, where a character is twice as high as wide.
@@ -87,11 +92,18 @@ fn png(image: &Image) -> Result<Vec<u8>, RenderError> {
 /// In pieces of at most 4096 bytes; `m` says whether more follow.
 fn kitty(png: &[u8], columns: u16) -> String {
     let code = STANDARD.encode(png);
-    let pieces: Vec<&str> =
-        code.as_bytes().chunks(4096).filter_map(|piece| str::from_utf8(piece).ok()).collect();
+    let pieces: Vec<&str> = code
+        .as_bytes()
+        .chunks(4096)
+        .filter_map(|piece| str::from_utf8(piece).ok())
+        .collect();
     let mut text = String::new();
     for (i, piece) in pieces.iter().enumerate() {
-        let keys = if i == 0 { format!("a=T,f=100,c={columns},") } else { String::new() };
+        let keys = if i == 0 {
+            format!("a=T,f=100,c={columns},")
+        } else {
+            String::new()
+        };
         let more = u8::from(i + 1 < pieces.len());
         let _ = write!(text, "\x1b_G{keys}m={more};{piece}\x1b\\");
     }
@@ -102,7 +114,9 @@ fn kitty(png: &[u8], columns: u16) -> String {
 fn blocks(image: &Image, columns: u32) -> String {
     let width = columns.min(image.width).max(1);
     // A character is twice as high as wide, so that its halves are square.
-    let height = (u64::from(image.height) * u64::from(width)).div_ceil(u64::from(image.width.max(1))).max(1) as u32;
+    let height = (u64::from(image.height) * u64::from(width))
+        .div_ceil(u64::from(image.width.max(1)))
+        .max(1) as u32;
     let mut text = String::new();
     for row in (0..height).step_by(2) {
         for x in 0..width {
@@ -130,8 +144,14 @@ fn mean(image: &Image, sides: [u32; 2], cell: [u32; 2]) -> [u8; 3] {
     let mut count = 0;
     for y in range(image.height, sides[1], cell[1]) {
         for x in range(image.width, sides[0], cell[0]) {
-            let pixel = image.rgb.get(y * image.width as usize + x).copied().unwrap_or_default();
-            sum.iter_mut().zip(pixel).for_each(|(sum, channel)| *sum += u64::from(channel));
+            let pixel = image
+                .rgb
+                .get(y * image.width as usize + x)
+                .copied()
+                .unwrap_or_default();
+            sum.iter_mut()
+                .zip(pixel)
+                .for_each(|(sum, channel)| *sum += u64::from(channel));
             count += 1;
         }
     }
@@ -143,7 +163,11 @@ mod tests {
     use super::*;
 
     fn image(width: u32, height: u32) -> Image {
-        Image { width, height, rgb: (0..width * height).map(|i| [i as u8, 100, 200]).collect() }
+        Image {
+            width,
+            height,
+            rgb: (0..width * height).map(|i| [i as u8, 100, 200]).collect(),
+        }
     }
 
     #[test]
@@ -151,7 +175,11 @@ mod tests {
         let text = blocks(&image(8, 6), 4);
         let lines: Vec<_> = text.lines().collect();
         assert_eq!(lines.len(), 2, "3 rows of cells are 2 lines");
-        assert!(lines.iter().all(|line| line.matches('▀').count() == 4 && line.ends_with("\x1b[0m")));
+        assert!(
+            lines
+                .iter()
+                .all(|line| line.matches('▀').count() == 4 && line.ends_with("\x1b[0m"))
+        );
         // The mean of 0, 1, 8, 9.
         assert!(text.starts_with("\x1b[38;2;4;100;200m"), "{text:?}");
     }
@@ -164,9 +192,15 @@ mod tests {
     #[test]
     fn kitty_pieces_are_short_and_only_the_last_is_the_last() {
         let text = kitty(&[7; 9000], 80);
-        let pieces: Vec<_> = text.split("\x1b\\").filter(|piece| !piece.is_empty()).collect();
+        let pieces: Vec<_> = text
+            .split("\x1b\\")
+            .filter(|piece| !piece.is_empty())
+            .collect();
         assert_eq!(pieces.len(), 3);
-        assert!(pieces[0].starts_with("\x1b_Ga=T,f=100,c=80,m=1;") && pieces[2].starts_with("\x1b_Gm=0;"));
+        assert!(
+            pieces[0].starts_with("\x1b_Ga=T,f=100,c=80,m=1;")
+                && pieces[2].starts_with("\x1b_Gm=0;")
+        );
         assert!(pieces.iter().all(|piece| piece.len() < 4200));
     }
 

@@ -12,9 +12,18 @@ const README: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../README.md");
 /// Runs a line by the shell, in `folder`, where `boxwood` is the binary under test.
 fn shell(folder: &Path, line: &str) -> std::process::Output {
     let binary = Path::new(env!("CARGO_BIN_EXE_boxwood"));
-    let path = format!("{}:{}", binary.parent().unwrap().display(), std::env::var("PATH").unwrap_or_default());
+    let path = format!(
+        "{}:{}",
+        binary.parent().unwrap().display(),
+        std::env::var("PATH").unwrap_or_default()
+    );
     let mut command = Command::new("sh");
-    command.args(["-c", line]).current_dir(folder).env("PATH", path).env("HOME", folder).stdin(Stdio::null());
+    command
+        .args(["-c", line])
+        .current_dir(folder)
+        .env("PATH", path)
+        .env("HOME", folder)
+        .stdin(Stdio::null());
     command.output().expect("there is a shell")
 }
 
@@ -38,7 +47,14 @@ fn commands_of_markdown(text: &str) -> Vec<String> {
 fn commands_of_help(text: &str) -> Vec<String> {
     let (_, examples) = text.split_once("Examples:\n").unwrap_or_default();
     // Two blanks end the command: a remark follows.
-    let lines = examples.lines().map(|line| line.trim().split("   ").next().unwrap_or_default().trim().to_owned());
+    let lines = examples.lines().map(|line| {
+        line.trim()
+            .split("   ")
+            .next()
+            .unwrap_or_default()
+            .trim()
+            .to_owned()
+    });
     lines.filter(|line| is_command(line)).collect()
 }
 
@@ -58,30 +74,50 @@ fn quick(line: &str) -> String {
     if line == "boxwood" {
         return format!("boxwood demo {extra}");
     }
-    let end = line.find([';', '|', '<', '>', '#', '&']).unwrap_or(line.len());
+    let end = line
+        .find([';', '|', '<', '>', '#', '&'])
+        .unwrap_or(line.len());
     let (command, rest) = line.split_at(end);
     // The crop of an example is for a picture of the usual size.
-    let extra = if command.contains("--crop") { extra.replace("--size 48x27", "") } else { extra.to_owned() };
-    format!("{} {extra} {rest}", command.trim_end()).trim_end().to_owned()
+    let extra = if command.contains("--crop") {
+        extra.replace("--size 48x27", "")
+    } else {
+        extra.to_owned()
+    };
+    format!("{} {extra} {rest}", command.trim_end())
+        .trim_end()
+        .to_owned()
 }
 
 /// A folder with the files that examples name.
 fn stage(commands: &[String]) -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name);
-    for place in [".zfunc", ".local/share/bash-completion/completions", ".config/fish/completions"] {
+    for place in [
+        ".zfunc",
+        ".local/share/bash-completion/completions",
+        ".config/fish/completions",
+    ] {
         fs::create_dir_all(at(place)).unwrap();
     }
     let run = |line: &str| {
         let output = shell(folder.path(), line);
-        assert!(output.status.success(), "{line}: {}", String::from_utf8_lossy(&output.stderr));
+        assert!(
+            output.status.success(),
+            "{line}: {}",
+            String::from_utf8_lossy(&output.stderr)
+        );
     };
     run("boxwood simplify 'builtin:terrain?n=2000' --triangles 600 -o mesh.obj");
     run("boxwood simplify 'builtin:terrain?n=2000' --triangles 600 -o mesh.ply");
     run("boxwood render mesh.obj --size 24x16 -o picture.png");
     let words = commands.iter().flat_map(|line| line.split_whitespace());
     for word in words.filter(|word| !word.contains(['/', ':', '*'])) {
-        let kind = Path::new(word).extension().unwrap_or_default().to_string_lossy().into_owned();
+        let kind = Path::new(word)
+            .extension()
+            .unwrap_or_default()
+            .to_string_lossy()
+            .into_owned();
         let source = match &*kind {
             "obj" => "mesh.obj",
             // The loaders go by content where the name says nothing; a glTF must be one.
@@ -117,7 +153,10 @@ fn run_all(source: &str, commands: &[String]) {
         let output = shell(folder.path(), &line);
         let error = String::from_utf8_lossy(&output.stderr);
         // 1 is an answer too: a difference was found.
-        assert!(matches!(output.status.code(), Some(0 | 1)), "{source}: {line}\n{error}");
+        assert!(
+            matches!(output.status.code(), Some(0 | 1)),
+            "{source}: {line}\n{error}"
+        );
     }
     println!("{source}: {} commands", commands.len());
 }
@@ -134,10 +173,16 @@ fn the_commands_of_the_readme_run() {
 #[test]
 fn the_examples_of_every_help_run() {
     let folder = tempfile::tempdir().unwrap();
-    let help = |line: &str| String::from_utf8_lossy(&shell(folder.path(), line).stdout).into_owned();
+    let help =
+        |line: &str| String::from_utf8_lossy(&shell(folder.path(), line).stdout).into_owned();
     let root = help("boxwood --help");
-    let (_, list) = root.split_once("Commands:\n").expect("help lists the commands");
-    let names = list.lines().take_while(|line| line.starts_with("  ")).filter(|line| !line.starts_with("   "));
+    let (_, list) = root
+        .split_once("Commands:\n")
+        .expect("help lists the commands");
+    let names = list
+        .lines()
+        .take_while(|line| line.starts_with("  "))
+        .filter(|line| !line.starts_with("   "));
     let mut commands = commands_of_help(&root);
     for name in names.filter_map(|line| line.split_whitespace().next()) {
         let examples = commands_of_help(&help(&format!("boxwood {name} --help")));
@@ -153,9 +198,18 @@ fn the_examples_of_every_help_run() {
 fn commands_are_found_where_they_stand() {
     let markdown = "```sh\ncargo run --release\nboxwood list\n```\nboxwood no\n```console\n$ boxwood doctor\nthreads 2\n```\n\
                     ```rust\nboxwood no\n```\n";
-    assert_eq!(commands_of_markdown(markdown), ["boxwood list", "boxwood doctor"]);
+    assert_eq!(
+        commands_of_markdown(markdown),
+        ["boxwood list", "boxwood doctor"]
+    );
     let help = "Usage: x\n\nExamples:\n  boxwood                 the demonstration\n  boxwood render a.obj > b.png\n";
-    assert_eq!(commands_of_help(help), ["boxwood", "boxwood render a.obj > b.png"]);
+    assert_eq!(
+        commands_of_help(help),
+        ["boxwood", "boxwood render a.obj > b.png"]
+    );
     assert_eq!(quick("boxwood"), "boxwood demo --size 48x27");
-    assert_eq!(quick("boxwood render - -o - < a.ply > b.png"), "boxwood render - -o - --size 48x27 --spp 1 < a.ply > b.png");
+    assert_eq!(
+        quick("boxwood render - -o - < a.ply > b.png"),
+        "boxwood render - -o - --size 48x27 --spp 1 < a.ply > b.png"
+    );
 }

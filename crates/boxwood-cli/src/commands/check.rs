@@ -28,8 +28,8 @@ use crate::{
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
-  boxwood check builtin:sphere --rays 20000 --aim vertices
-  boxwood check builtin:stadium --rays 1000000 --seed 7 --json")]
+  boxwood check builtin:sphere --rays 3000 --aim vertices
+  boxwood check builtin:cornell --rays 20000 --seed 7 --json")]
 pub(crate) struct Args {
     #[command(flatten)]
     scene: SceneArgs,

@@ -58,7 +58,9 @@ struct Difference<'a> {
 /// Compares.
 pub(crate) fn run(args: &Args, out: &Output) -> anyhow::Result<Exit> {
     if (&*args.a, &*args.b) == ("-", "-") {
-        return Err(Trouble::usage("both pictures are standard input", "name at least one file").into());
+        return Err(
+            Trouble::usage("both pictures are standard input", "name at least one file").into(),
+        );
     }
     save::check(args.output.as_deref(), out, &["png"])?;
     let found = compare(&picture(&args.a)?, &picture(&args.b)?)?;
@@ -101,7 +103,10 @@ fn picture(name: &str) -> anyhow::Result<Picture> {
 
 fn text(found: &Difference<'_>) -> String {
     if found.equal {
-        return format!("equal: all {} pixels", grouped(u64::from(found.width) * u64::from(found.height)));
+        return format!(
+            "equal: all {} pixels",
+            grouped(u64::from(found.width) * u64::from(found.height))
+        );
     }
     let verdict = match (found.threshold, found.passed) {
         (None, _) => String::new(),

@@ -48,28 +48,53 @@ impl Machine {
             simd: simd(),
             threads: rayon::current_num_threads(),
             cores: std::thread::available_parallelism().map_or(1, usize::from),
-            memory_mib: value_of("/proc/meminfo", "MemTotal").and_then(|kib| kibibytes(&kib)).map(|kib| kib / 1024),
+            memory_mib: value_of("/proc/meminfo", "MemTotal")
+                .and_then(|kib| kibibytes(&kib))
+                .map(|kib| kib / 1024),
             huge_pages: huge_pages(),
             terminal_pictures: Show::of_stdout().map(Show::name),
             terminal_columns: terminal::columns(),
-            build: if cfg!(debug_assertions) { "debug: slow; build with --release" } else { "release" },
+            build: if cfg!(debug_assertions) {
+                "debug: slow; build with --release"
+            } else {
+                "release"
+            },
         }
     }
 
     fn text(&self) -> String {
         let unknown = || "not known".to_owned();
-        let simd = if self.simd.is_empty() { "none".to_owned() } else { self.simd.join(", ") };
+        let simd = if self.simd.is_empty() {
+            "none".to_owned()
+        } else {
+            self.simd.join(", ")
+        };
         let lines = [
             ("boxwood", format!("{} ({})", self.version, self.build)),
             ("system", self.system.clone()),
             ("processor", self.cpu.clone().unwrap_or_else(unknown)),
-            ("SIMD", format!("{simd} (the kernels of this version are scalar)")),
-            ("threads", format!("{} of {} cores", self.threads, self.cores)),
-            ("memory", self.memory_mib.map_or_else(unknown, |mib| format!("{:.1} GiB", mib as f64 / 1024.0))),
-            ("huge pages", self.huge_pages.clone().unwrap_or_else(unknown)),
+            (
+                "SIMD",
+                format!("{simd} (the kernels of this version are scalar)"),
+            ),
+            (
+                "threads",
+                format!("{} of {} cores", self.threads, self.cores),
+            ),
+            (
+                "memory",
+                self.memory_mib
+                    .map_or_else(unknown, |mib| format!("{:.1} GiB", mib as f64 / 1024.0)),
+            ),
+            (
+                "huge pages",
+                self.huge_pages.clone().unwrap_or_else(unknown),
+            ),
             ("terminal", self.terminal()),
         ];
-        lines.map(|(name, value)| format!("{name:<11} {value}")).join("\n")
+        lines
+            .map(|(name, value)| format!("{name:<11} {value}"))
+            .join("\n")
     }
 
     fn terminal(&self) -> String {
@@ -88,10 +113,21 @@ pub(crate) fn simd() -> Vec<&'static str> {
         let sets = [
             ("SSE2", true),
             ("SSE4.2", std::is_x86_feature_detected!("sse4.2")),
-            ("AVX2", std::is_x86_feature_detected!("avx2") && std::is_x86_feature_detected!("fma")),
-            ("AVX-512", std::is_x86_feature_detected!("avx512f") && std::is_x86_feature_detected!("avx512vl")),
+            (
+                "AVX2",
+                std::is_x86_feature_detected!("avx2") && std::is_x86_feature_detected!("fma"),
+            ),
+            (
+                "AVX-512",
+                std::is_x86_feature_detected!("avx512f")
+                    && std::is_x86_feature_detected!("avx512vl"),
+            ),
         ];
-        found.extend(sets.into_iter().filter(|(_, is_there)| *is_there).map(|(name, _)| name));
+        found.extend(
+            sets.into_iter()
+                .filter(|(_, is_there)| *is_there)
+                .map(|(name, _)| name),
+        );
     }
     #[cfg(target_arch = "aarch64")]
     found.push("NEON");
@@ -102,7 +138,10 @@ pub(crate) fn simd() -> Vec<&'static str> {
 fn value_of(path: &str, key: &str) -> Option<String> {
     let text = std::fs::read_to_string(path).ok()?;
     let pairs = text.lines().filter_map(|line| line.split_once(':'));
-    pairs.filter(|(name, _)| name.trim() == key).map(|(_, value)| value.trim().to_owned()).next()
+    pairs
+        .filter(|(name, _)| name.trim() == key)
+        .map(|(_, value)| value.trim().to_owned())
+        .next()
 }
 
 /// `16384 kB`.

@@ -85,7 +85,13 @@ pub(crate) fn run(args: &Args, out: &Output) -> anyhow::Result<Exit> {
     let loaded = args.scene.load_quietly()?;
     let (scene, build_time) = args.structure.build(&loaded.mesh)?;
     let shape = Shape::of(&scene, args.structure.label(), build_time);
-    let report = Report::of(&loaded.name, &loaded.model, &loaded.mesh, &scene, (loaded.time, shape));
+    let report = Report::of(
+        &loaded.name,
+        &loaded.model,
+        &loaded.mesh,
+        &scene,
+        (loaded.time, shape),
+    );
     if out.is_json() {
         out.json(&report)?;
     } else {
@@ -96,8 +102,17 @@ pub(crate) fn run(args: &Args, out: &Output) -> anyhow::Result<Exit> {
 
 impl Shape {
     fn of(scene: &Scene, label: String, build_time: Duration) -> Self {
-        let Stats { nodes, leaves, max_depth, references, leaf_sizes, sah_cost, bytes } = scene.stats();
-        let is_tree = boxwood::Structure::named(scene.structure()).is_ok_and(|structure| structure.is_tree);
+        let Stats {
+            nodes,
+            leaves,
+            max_depth,
+            references,
+            leaf_sizes,
+            sah_cost,
+            bytes,
+        } = scene.stats();
+        let is_tree =
+            boxwood::Structure::named(scene.structure()).is_ok_and(|structure| structure.is_tree);
         Self {
             name: scene.structure(),
             label,
@@ -114,10 +129,20 @@ impl Shape {
 }
 
 impl Report {
-    fn of(name: &str, model: &Model, mesh: &FlatMesh, scene: &Scene, (time, structure): (Duration, Shape)) -> Self {
+    fn of(
+        name: &str,
+        model: &Model,
+        mesh: &FlatMesh,
+        scene: &Scene,
+        (time, structure): (Duration, Shape),
+    ) -> Self {
         let box_of = scene.bounds();
         let diagonal = box_of.diagonal();
-        let triangles = || mesh.indices.iter().map(|corners| Triangle(corners.map(|i| mesh.positions[i as usize])));
+        let triangles = || {
+            mesh.indices
+                .iter()
+                .map(|corners| Triangle(corners.map(|i| mesh.positions[i as usize])))
+        };
         let mut report = Self {
             file: name.to_owned(),
             triangles: model.triangle_count(),
@@ -134,7 +159,9 @@ impl Report {
             load_ms: time.as_secs_f64() * 1e3,
             structure,
             degenerate_triangles: triangles().filter(has_no_area).count(),
-            huge_triangles: triangles().filter(|t| boxwood::Aabb::of_triangle(t).diagonal() > 0.5 * diagonal).count(),
+            huge_triangles: triangles()
+                .filter(|t| boxwood::Aabb::of_triangle(t).diagonal() > 0.5 * diagonal)
+                .count(),
             skipped_triangles: scene.skipped(),
             warnings: model.warnings.clone(),
         };
@@ -146,14 +173,24 @@ impl Report {
     fn warn(&mut self) {
         let mut warn = |count: usize, text: &str| {
             if count > 0 {
-                self.warnings.push(format!("{} triangles {text}", grouped(count as u64)));
+                self.warnings
+                    .push(format!("{} triangles {text}", grouped(count as u64)));
             }
         };
-        warn(self.degenerate_triangles, "have no area: they are never hit");
-        warn(self.skipped_triangles, "are too far away to be computed with: they are never hit");
+        warn(
+            self.degenerate_triangles,
+            "have no area: they are never hit",
+        );
+        warn(
+            self.skipped_triangles,
+            "are too far away to be computed with: they are never hit",
+        );
         // A handful of large ones are walls and floors; many spoil every box around them.
         if self.huge_triangles as u64 > 16 && self.huge_triangles as u64 * 50 > self.triangles {
-            warn(self.huge_triangles, "are more than half as large as the scene: boxes around them overlap");
+            warn(
+                self.huge_triangles,
+                "are more than half as large as the scene: boxes around them overlap",
+            );
         }
     }
 
@@ -164,19 +201,49 @@ impl Report {
             true => String::new(),
             false => format!(" ({} stored)", grouped(self.unique_triangles)),
         };
-        let extras = [(self.has_normals, ", normals"), (self.has_uvs, ", texture coordinates")];
-        let extras: String = extras.iter().filter(|(has, _)| *has).map(|(_, name)| *name).collect();
+        let extras = [
+            (self.has_normals, ", normals"),
+            (self.has_uvs, ", texture coordinates"),
+        ];
+        let extras: String = extras
+            .iter()
+            .filter(|(has, _)| *has)
+            .map(|(_, name)| *name)
+            .collect();
         lines.push(("triangles", format!("{}{stored}", grouped(self.triangles))));
         lines.push(("vertices", format!("{}{extras}", count(self.vertices))));
-        lines.push(("meshes", format!("{}, {} instances of them", count(self.meshes), count(self.instances))));
+        lines.push((
+            "meshes",
+            format!(
+                "{}, {} instances of them",
+                count(self.meshes),
+                count(self.instances)
+            ),
+        ));
         let (materials, textures) = (count(self.materials), count(self.textures));
-        lines.push(("materials", format!("{materials}, {textures} textures, {} cameras", self.cameras)));
-        lines.push(("bounds", self.bounds.as_ref().map_or("empty".to_owned(), Bounds::text)));
+        lines.push((
+            "materials",
+            format!("{materials}, {textures} textures, {} cameras", self.cameras),
+        ));
+        lines.push((
+            "bounds",
+            self.bounds
+                .as_ref()
+                .map_or("empty".to_owned(), Bounds::text),
+        ));
         lines.push(("loaded in", format!("{} ms", short(self.load_ms))));
         lines.push(("structure", self.structure.label.clone()));
         lines.extend(self.structure.lines());
-        lines.extend(self.warnings.iter().map(|warning| ("warning", warning.clone())));
-        lines.iter().map(|(name, value)| format!("{name:<11} {value}")).collect::<Vec<_>>().join("\n")
+        lines.extend(
+            self.warnings
+                .iter()
+                .map(|warning| ("warning", warning.clone())),
+        );
+        lines
+            .iter()
+            .map(|(name, value)| format!("{name:<11} {value}"))
+            .collect::<Vec<_>>()
+            .join("\n")
     }
 }
 
@@ -192,8 +259,19 @@ impl Shape {
         let count = |n: usize| grouped(n as u64);
         let mut lines = vec![
             ("built in", format!("{} ms", short(self.build_ms))),
-            ("memory", format!("{} MiB with the triangles", mebibytes(self.bytes))),
-            ("nodes", format!("{}, {} of them leaves, deepest at {}", count(self.nodes), count(self.leaves), self.max_depth)),
+            (
+                "memory",
+                format!("{} MiB with the triangles", mebibytes(self.bytes)),
+            ),
+            (
+                "nodes",
+                format!(
+                    "{}, {} of them leaves, deepest at {}",
+                    count(self.nodes),
+                    count(self.leaves),
+                    self.max_depth
+                ),
+            ),
             ("references", count(self.references)),
         ];
         if let Some(cost) = self.sah_cost {
@@ -207,15 +285,35 @@ impl Shape {
     fn histogram(&self) -> Vec<(&'static str, String)> {
         const LINES: usize = 10;
         let step = self.leaf_sizes.len().div_ceil(LINES).max(1);
-        let bins: Vec<usize> = self.leaf_sizes.chunks(step).map(|sizes| sizes.iter().sum()).collect();
+        let bins: Vec<usize> = self
+            .leaf_sizes
+            .chunks(step)
+            .map(|sizes| sizes.iter().sum())
+            .collect();
         let most = bins.iter().copied().max().unwrap_or(0).max(1);
         let line = |(bin, &leaves): (usize, &usize)| {
-            let (first, last) = (bin * step, (bin * step + step).min(self.leaf_sizes.len()) - 1);
-            let sizes = if first == last { first.to_string() } else { format!("{first}-{last}") };
+            let (first, last) = (
+                bin * step,
+                (bin * step + step).min(self.leaf_sizes.len()) - 1,
+            );
+            let sizes = if first == last {
+                first.to_string()
+            } else {
+                format!("{first}-{last}")
+            };
             let bar = "#".repeat((leaves * 40).div_ceil(most));
-            ("", format!("{sizes:>7} in a leaf {:>11} {bar}", grouped(leaves as u64)).trim_end().to_owned())
+            (
+                "",
+                format!("{sizes:>7} in a leaf {:>11} {bar}", grouped(leaves as u64))
+                    .trim_end()
+                    .to_owned(),
+            )
         };
-        bins.iter().enumerate().filter(|(_, leaves)| **leaves > 0).map(line).collect()
+        bins.iter()
+            .enumerate()
+            .filter(|(_, leaves)| **leaves > 0)
+            .map(line)
+            .collect()
     }
 }
 
@@ -224,7 +322,11 @@ fn has_no_area(triangle: &Triangle) -> bool {
     let [a, b, c] = triangle.0.map(|corner| corner.map(f64::from));
     let edge = |p: [f64; 3]| [p[0] - a[0], p[1] - a[1], p[2] - a[2]];
     let (u, v) = (edge(b), edge(c));
-    let cross = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
+    let cross = [
+        u[1] * v[2] - u[2] * v[1],
+        u[2] * v[0] - u[0] * v[2],
+        u[0] * v[1] - u[1] * v[0],
+    ];
     cross == [0.0; 3]
 }
 

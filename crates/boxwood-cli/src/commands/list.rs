@@ -30,7 +30,10 @@ struct Entry {
 }
 
 fn entry(name: &'static str, about: impl Into<String>) -> Entry {
-    Entry { name, about: about.into() }
+    Entry {
+        name,
+        about: about.into(),
+    }
 }
 
 /// Prints the tables.
@@ -48,12 +51,25 @@ pub(crate) fn run(_: &Args, out: &Output) -> anyhow::Result<Exit> {
         ("File formats", &tables.formats),
         ("Built-in scenes (builtin:NAME)", &tables.builtins),
     ];
-    let width = sections.iter().flat_map(|(_, entries)| *entries).map(|entry| entry.name.len()).max().unwrap_or(0);
+    let width = sections
+        .iter()
+        .flat_map(|(_, entries)| *entries)
+        .map(|entry| entry.name.len())
+        .max()
+        .unwrap_or(0);
     let section = |(title, entries): &(&str, &Vec<Entry>)| {
-        let lines = entries.iter().map(|entry| format!("\n  {:<width$}  {}", entry.name, entry.about));
+        let lines = entries
+            .iter()
+            .map(|entry| format!("\n  {:<width$}  {}", entry.name, entry.about));
         format!("{title}{}", lines.collect::<String>())
     };
-    out.text(sections.iter().map(section).collect::<Vec<_>>().join("\n\n"))?;
+    out.text(
+        sections
+            .iter()
+            .map(section)
+            .collect::<Vec<_>>()
+            .join("\n\n"),
+    )?;
     Ok(Exit::Ok)
 }
 
@@ -63,8 +79,19 @@ fn tables() -> Tables {
         builders: BUILDERS.iter().map(|b| entry(b.name, b.about)).collect(),
         volumes: VOLUMES.iter().map(|v| entry(v.name, v.about)).collect(),
         shadings: SHADINGS.iter().map(|s| entry(s.name, s.about)).collect(),
-        formats: FORMATS.iter().map(|f| entry(f.name, format!("{} (.{})", f.about, f.extensions.join(", .")))).collect(),
-        builtins: BUILTINS.iter().map(|b| entry(b.name, format!("{}{}", b.about, sizes(b.size, b.seeded)))).collect(),
+        formats: FORMATS
+            .iter()
+            .map(|f| {
+                entry(
+                    f.name,
+                    format!("{} (.{})", f.about, f.extensions.join(", .")),
+                )
+            })
+            .collect(),
+        builtins: BUILTINS
+            .iter()
+            .map(|b| entry(b.name, format!("{}{}", b.about, sizes(b.size, b.seeded))))
+            .collect(),
     }
 }
 
@@ -75,6 +102,13 @@ fn sizes(size: Size, seeded: bool) -> String {
         Size::Exact { default, .. } => Some(format!("n={default}, {} triangles", grouped(default))),
         Size::AtMost { default, .. } => Some(format!("n={default}, at most so many triangles")),
     };
-    let parameters: Vec<String> = n.into_iter().chain(seeded.then(|| "seed=0".to_owned())).collect();
-    if parameters.is_empty() { String::new() } else { format!(" [{}]", parameters.join("; ")) }
+    let parameters: Vec<String> = n
+        .into_iter()
+        .chain(seeded.then(|| "seed=0".to_owned()))
+        .collect();
+    if parameters.is_empty() {
+        String::new()
+    } else {
+        format!(" [{}]", parameters.join("; "))
+    }
 }

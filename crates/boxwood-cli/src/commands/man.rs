@@ -21,7 +21,9 @@ pub(crate) struct Args {
 pub(crate) fn run(args: &Args, out: &Output) -> anyhow::Result<Exit> {
     let page = page(args.command.as_deref())?;
     if out.is_json() {
-        out.json(&serde_json::json!({ "name": args.command, "page": String::from_utf8_lossy(&page) }))?;
+        out.json(
+            &serde_json::json!({ "name": args.command, "page": String::from_utf8_lossy(&page) }),
+        )?;
     } else {
         out.bytes(&page)?;
     }
@@ -35,8 +37,16 @@ fn page(name: Option<&str>) -> anyhow::Result<Vec<u8>> {
     let command = match name {
         None => root,
         Some(name) => {
-            let known: Vec<&str> = root.get_subcommands().map(clap::Command::get_name).collect();
-            let unknown = || Trouble::usage(format!("there is no command '{name}'"), format!("known: {}", known.join(", ")));
+            let known: Vec<&str> = root
+                .get_subcommands()
+                .map(clap::Command::get_name)
+                .collect();
+            let unknown = || {
+                Trouble::usage(
+                    format!("there is no command '{name}'"),
+                    format!("known: {}", known.join(", ")),
+                )
+            };
             root.find_subcommand(name).ok_or_else(unknown)?.clone()
         }
     };

@@ -1,19 +1,19 @@
 //! The table of commands. A new one is a file with `Args` and `run`, a `mod` line, and a line in the table.
 
-mod demo;
-mod render;
-mod inspect;
-mod cost;
 mod bounds;
-mod race;
 mod check;
-mod explain;
-mod simplify;
-mod diff;
-mod list;
-mod doctor;
 mod completions;
+mod cost;
+mod demo;
+mod diff;
+mod doctor;
+mod explain;
+mod inspect;
+mod list;
 mod man;
+mod race;
+mod render;
+mod simplify;
 
 use crate::output::{Exit, Output};
 

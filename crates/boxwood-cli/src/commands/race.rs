@@ -25,8 +25,8 @@ use crate::{
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
-  boxwood race builtin:stadium --rays 20000
-  boxwood race builtin:bush --rays 20000 --all --json")]
+  boxwood race builtin:stadium --rays 3000
+  boxwood race builtin:cornell --rays 20000 --all --json")]
 pub(crate) struct Args {
     #[command(flatten)]
     scene: SceneArgs,

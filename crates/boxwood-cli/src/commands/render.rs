@@ -6,7 +6,8 @@ use std::{
 };
 
 use boxwood_render::{
-    Crop, Film, PointLight, RenderOptions, SHADINGS, ScaleOptions, Shading, View, Watch, render, write_exr, write_png,
+    Crop, Film, PointLight, RenderOptions, SHADINGS, ScaleOptions, Shading, View, Watch, render,
+    write_exr, write_png,
 };
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use serde::Serialize;
@@ -98,26 +99,50 @@ fn shadings() -> impl TypedValueParser<Value = &'static Shading> {
 }
 
 fn crop(text: &str) -> Result<Crop, String> {
-    let numbers: Option<Vec<u32>> = text.split(',').map(|part| part.trim().parse().ok()).collect();
+    let numbers: Option<Vec<u32>> = text
+        .split(',')
+        .map(|part| part.trim().parse().ok())
+        .collect();
     match numbers.as_deref() {
-        Some(&[x, y, width, height]) if width > 0 && height > 0 => Ok(Crop { x, y, width, height }),
+        Some(&[x, y, width, height]) if width > 0 && height > 0 => Ok(Crop {
+            x,
+            y,
+            width,
+            height,
+        }),
         _ => Err("left, top, width and height in pixels, as in 320,180,640,360".to_owned()),
     }
 }
 
 fn lamp(text: &str) -> Result<Lamp, String> {
-    let with_power = |[x, y, z, power]: [f32; 4]| Lamp { position: [x, y, z], power };
-    let without = |[x, y, z]: [f32; 3]| Lamp { position: [x, y, z], power: 1.0 };
-    args::numbers(text).map(with_power).or_else(|_| args::numbers(text).map(without)).ok().filter(|l| l.power >= 0.0)
+    let with_power = |[x, y, z, power]: [f32; 4]| Lamp {
+        position: [x, y, z],
+        power,
+    };
+    let without = |[x, y, z]: [f32; 3]| Lamp {
+        position: [x, y, z],
+        power: 1.0,
+    };
+    args::numbers(text)
+        .map(with_power)
+        .or_else(|_| args::numbers(text).map(without))
+        .ok()
+        .filter(|l| l.power >= 0.0)
         .ok_or_else(|| "a place and a power, as in 2,5,3 or 2,5,3,0.5".to_owned())
 }
 
 fn plain(text: &str) -> Result<f32, String> {
-    text.parse().ok().filter(|x: &f32| x.is_finite()).ok_or_else(|| "a plain number".to_owned())
+    text.parse()
+        .ok()
+        .filter(|x: &f32| x.is_finite())
+        .ok_or_else(|| "a plain number".to_owned())
 }
 
 fn not_negative(text: &str) -> Result<f32, String> {
-    plain(text).ok().filter(|&x| x >= 0.0).ok_or_else(|| "a number, 0 or more".to_owned())
+    plain(text)
+        .ok()
+        .filter(|&x| x >= 0.0)
+        .ok_or_else(|| "a number, 0 or more".to_owned())
 }
 
 /// What was made, in the words of the JSON object.
@@ -145,10 +170,17 @@ struct Report<'a> {
 
 /// Loads, builds, renders, writes.
 pub(crate) fn run(args: &Args, out: &Output) -> anyhow::Result<Exit> {
-    let output = args.output.clone().unwrap_or_else(|| default_output(&args.scene.file));
+    let output = args
+        .output
+        .clone()
+        .unwrap_or_else(|| default_output(&args.scene.file));
     save::check(Some(&output), out, &["png", "exr"])?;
     if args.show && (out.is_json() || output == "-") {
-        return Err(Trouble::usage("--show wants standard output for itself", "leave out --show, --json or -o -").into());
+        return Err(Trouble::usage(
+            "--show wants standard output for itself",
+            "leave out --show, --json or -o -",
+        )
+        .into());
     }
     let loaded = args.scene.load(out)?;
     let (scene, build_time) = args.structure.build(&loaded.mesh)?;
@@ -158,7 +190,9 @@ pub(crate) fn run(args: &Args, out: &Output) -> anyhow::Result<Exit> {
     let film = render_watched(&scene, &loaded, &view, &options)?;
     let time = start.elapsed();
     if film.finished_share() == 0.0 {
-        out.warn(format!("interrupted before the first tile was done; {output} is not written"));
+        out.warn(format!(
+            "interrupted before the first tile was done; {output} is not written"
+        ));
         return Ok(Exit::Interrupted);
     }
     write(&output, &film, &view, &args.look)?;
@@ -174,7 +208,10 @@ pub(crate) fn run(args: &Args, out: &Output) -> anyhow::Result<Exit> {
     if film.is_complete() {
         return Ok(Exit::Ok);
     }
-    out.warn(format!("interrupted: {output} holds the {:.0} % that were done", film.finished_share() * 100.0));
+    out.warn(format!(
+        "interrupted: {output} holds the {:.0} % that were done",
+        film.finished_share() * 100.0
+    ));
     Ok(Exit::Interrupted)
 }
 
@@ -185,14 +222,22 @@ pub(crate) fn render_watched(
     view: &View,
     options: &RenderOptions,
 ) -> anyhow::Result<Film> {
-    let pixels = options.crop.map_or([view.width(), view.height()], |crop| [crop.width, crop.height]);
+    let pixels = options.crop.map_or([view.width(), view.height()], |crop| {
+        [crop.width, crop.height]
+    });
     let progress = Progress::new(u64::from(pixels[0]) * u64::from(pixels[1]), "pixels");
     let start = Instant::now();
     let report = |done: boxwood_render::Progress| {
         progress.set(done.pixels);
-        progress.say(format!("{} Mrays/s", short(done.rays as f64 / start.elapsed().as_secs_f64() / 1e6)));
+        progress.say(format!(
+            "{} Mrays/s",
+            short(done.rays as f64 / start.elapsed().as_secs_f64() / 1e6)
+        ));
     };
-    let watch = Watch { cancel: Some(interrupted()), report: Some(&report) };
+    let watch = Watch {
+        cancel: Some(interrupted()),
+        report: Some(&report),
+    };
     Ok(render(scene, loaded.surfaces(), view, options, watch)?)
 }
 
@@ -207,7 +252,10 @@ impl LookArgs {
             sky: self.sky,
             floor: !self.no_floor,
             exposure: self.exposure,
-            scale: ScaleOptions { top: self.top, log: self.log },
+            scale: ScaleOptions {
+                top: self.top,
+                log: self.log,
+            },
             ..RenderOptions::new(self.shading)
         }
     }
@@ -218,9 +266,18 @@ impl Lamp {
     fn light(&self, scene: &boxwood::Scene) -> PointLight {
         const SUN: f32 = 3.0;
         let bounds = scene.bounds();
-        let way: f32 = self.position.iter().zip(bounds.center()).map(|(a, b)| (a - b) * (a - b)).sum();
+        let way: f32 = self
+            .position
+            .iter()
+            .zip(bounds.center())
+            .map(|(a, b)| (a - b) * (a - b))
+            .sum();
         let radius = (bounds.diagonal() * 0.01) as f32;
-        PointLight { position: self.position, intensity: [self.power * SUN * way; 3], radius }
+        PointLight {
+            position: self.position,
+            intensity: [self.power * SUN * way; 3],
+            radius,
+        }
     }
 }
 
@@ -229,7 +286,10 @@ fn default_output(file: &str) -> String {
     let name = match file.strip_prefix("builtin:") {
         Some(spec) => spec.split('?').next().unwrap_or(spec).to_owned(),
         None if file == "-" => "stdin".to_owned(),
-        None => Path::new(file).file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default(),
+        None => Path::new(file)
+            .file_stem()
+            .map(|stem| stem.to_string_lossy().into_owned())
+            .unwrap_or_default(),
     };
     format!("{}.png", if name.is_empty() { "boxwood" } else { &name })
 }
@@ -241,7 +301,11 @@ fn write(output: &str, film: &Film, view: &View, look: &LookArgs) -> anyhow::Res
     }
     let camera = camera_flags(&view.camera());
     let program = concat!("boxwood ", env!("CARGO_PKG_VERSION"));
-    let texts = [("Software", program), ("Camera", &camera), ("Shading", look.shading.name)];
+    let texts = [
+        ("Software", program),
+        ("Camera", &camera),
+        ("Shading", look.shading.name),
+    ];
     save::save(output, |file| write_png(&film.to_image(), &texts, file))
 }
 
@@ -249,7 +313,8 @@ fn show(film: &Film, out: &Output) -> anyhow::Result<()> {
     match Show::of_stdout() {
         Some(way) => {
             let image = film.to_image();
-            let columns = terminal::columns_for(&image, terminal::lines().saturating_sub(5).max(10));
+            let columns =
+                terminal::columns_for(&image, terminal::lines().saturating_sub(5).max(10));
             out.text(way.draw(&image, columns)?)
         }
         None => {
@@ -295,7 +360,15 @@ impl Args {
 
 impl Report<'_> {
     fn text(&self) -> String {
-        let Self { output, width, height, shading, samples, structure, .. } = self;
+        let Self {
+            output,
+            width,
+            height,
+            shading,
+            samples,
+            structure,
+            ..
+        } = self;
         format!(
             "{output}: {width}x{height}, {shading}, {samples} per pixel; {} triangles in {structure}\n\
              loaded in {} ms, built in {} ms, {} rays in {} ms ({} Mrays/s)\ncamera {}",
@@ -329,10 +402,30 @@ mod tests {
 
     #[test]
     fn crops_and_lamps_are_read_or_refused() {
-        assert_eq!(crop("1, 2,30,40"), Ok(Crop { x: 1, y: 2, width: 30, height: 40 }));
+        assert_eq!(
+            crop("1, 2,30,40"),
+            Ok(Crop {
+                x: 1,
+                y: 2,
+                width: 30,
+                height: 40
+            })
+        );
         assert!(crop("1,2,0,4").is_err() && crop("1,2,3").is_err() && crop("-1,2,3,4").is_err());
-        assert_eq!(lamp("1,2,-3.5"), Ok(Lamp { position: [1.0, 2.0, -3.5], power: 1.0 }));
-        assert_eq!(lamp("1,2,3,0.5"), Ok(Lamp { position: [1.0, 2.0, 3.0], power: 0.5 }));
+        assert_eq!(
+            lamp("1,2,-3.5"),
+            Ok(Lamp {
+                position: [1.0, 2.0, -3.5],
+                power: 1.0
+            })
+        );
+        assert_eq!(
+            lamp("1,2,3,0.5"),
+            Ok(Lamp {
+                position: [1.0, 2.0, 3.0],
+                power: 0.5
+            })
+        );
         assert!(lamp("1,2").is_err() && lamp("1,2,3,-1").is_err());
     }
 }

@@ -50,7 +50,9 @@ pub(crate) fn run(args: &Args, out: &Output) -> anyhow::Result<Exit> {
     let start = Instant::now();
     let mesh = simplify(&loaded.mesh, args.triangles);
     let seconds = start.elapsed().as_secs_f64();
-    save::save(&args.output, |mut file| write_mesh(&args.output, &mesh, &mut file))?;
+    save::save(&args.output, |mut file| {
+        write_mesh(&args.output, &mesh, &mut file)
+    })?;
     let report = Report {
         file: &loaded.name,
         triangles_before: loaded.mesh.indices.len(),
@@ -73,15 +75,25 @@ fn write_mesh(name: &str, mesh: &FlatMesh, mut file: &mut dyn Write) -> Result<(
         "obj" => ("OBJ", write_obj(mesh, &mut file)),
         _ => ("PLY", write_ply(mesh, &mut file)),
     };
-    written.map_err(|error| RenderError::Encode { format, cause: error.to_string() })
+    written.map_err(|error| RenderError::Encode {
+        format,
+        cause: error.to_string(),
+    })
 }
 
 fn text(report: &Report<'_>) -> String {
     let count = |n: usize| grouped(n as u64);
     let missed = match report.triangles == report.wanted.min(report.triangles_before) {
         true => String::new(),
-        false => format!(" (wanted {}; this is as near as the shape allows)", count(report.wanted)),
+        false => format!(
+            " (wanted {}; this is as near as the shape allows)",
+            count(report.wanted)
+        ),
     };
     let (before, after) = (count(report.triangles_before), count(report.triangles));
-    format!("{}: {before} to {after} triangles{missed} in {} s", report.output, short(report.seconds))
+    format!(
+        "{}: {before} to {after} triangles{missed} in {} s",
+        report.output,
+        short(report.seconds)
+    )
 }
