@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 /// Modules of the core, lowest first. A module may import from those before it and from itself.
 const LAYERS: &[&str] = &[
+    "simd",
     "geom",
     "lecture",
     "error",

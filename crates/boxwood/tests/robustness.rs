@@ -64,7 +64,7 @@ fn rays_aimed_at_edges_and_vertices_never_leak_or_hit_twice() {
                 .with_range(0.0, f32::INFINITY);
             let hits = tree.all_hits(&ray);
             assert!(
-                hits.len() % 2 == 1,
+                !hits.len().is_multiple_of(2),
                 "{name}: {} hits from inside, {}",
                 hits.len(),
                 code(&ray)
@@ -79,7 +79,7 @@ fn rays_aimed_at_edges_and_vertices_never_leak_or_hit_twice() {
             let is_outside = !tree.bounds().contains(outside);
             let hits = tree.all_hits(&ray);
             assert!(
-                !is_outside || hits.len() % 2 == 0,
+                !is_outside || hits.len().is_multiple_of(2),
                 "{name}: {} hits from outside, {}",
                 hits.len(),
                 code(&ray)
@@ -293,11 +293,21 @@ fn a_million_copies_are_bounded_in_depth_and_memory() {
     let positions = [[0.0, 0.0, 1.0], [1.0, 0.25, 1.5], [0.25, 1.0, 1.0]];
     let indices = vec![[0, 1, 2]; 1_000_000];
     for structure in ["bvh2", "grid"] {
-        let scene = Scene::builder().mesh(&positions, &indices).structure(structure).build().unwrap();
+        let scene = Scene::builder()
+            .mesh(&positions, &indices)
+            .structure(structure)
+            .build()
+            .unwrap();
         let stats = scene.stats();
         assert!(stats.max_depth < 96, "{structure}: {}", stats.max_depth);
-        assert!(stats.bytes < 200 * indices.len(), "{structure}: {} bytes", stats.bytes);
-        let hit = scene.closest_hit(&Ray::new([0.4, 0.4, 0.0], [0.0, 0.0, 1.0])).unwrap();
+        assert!(
+            stats.bytes < 200 * indices.len(),
+            "{structure}: {} bytes",
+            stats.bytes
+        );
+        let hit = scene
+            .closest_hit(&Ray::new([0.4, 0.4, 0.0], [0.0, 0.0, 1.0]))
+            .unwrap();
         assert_eq!(hit.prim, 0, "{structure}: ties go to the lowest number");
     }
 }

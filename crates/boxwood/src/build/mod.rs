@@ -1,7 +1,7 @@
 //! Building the hierarchy: boxes in, tree out. A builder never sees a shape.
 //!
 //! Every builder works top-down: it splits a set of boxes in two until a set is small enough to be a leaf. They differ
-//! in *where* they split, and that is all that their files hold (see [`top_down`]). A new one is one file and one line
+//! in *where* they split, and that is all that their files hold (see `top_down.rs`). A new one is one file and one line
 //! in [`BUILDERS`].
 
 mod binned;

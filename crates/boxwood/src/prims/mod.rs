@@ -31,7 +31,7 @@ pub trait Primitives: Send + Sync + Sized + 'static {
     fn bounds(&self, index: usize) -> Aabb;
 
     /// False for a primitive that can never be hit: no extent, not finite, or beyond
-    /// [`MAX_COORDINATE`](crate::geom::MAX_COORDINATE). It keeps its number, and structures leave it out.
+    /// [`MAX_COORDINATE`]. It keeps its number, and structures leave it out.
     fn is_active(&self, index: usize) -> bool {
         let bounds = self.bounds(index);
         !bounds.is_empty()

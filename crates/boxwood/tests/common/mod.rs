@@ -252,7 +252,8 @@ pub(crate) fn rays(mesh: &Mesh, count: usize, seed: u64) -> Vec<Ray> {
                 0 => ray.dir[random.below(3)] = 0.0,
                 1 => ray.dir[random.below(3)] = -0.0,
                 2 => {
-                    ray.dir = [[1.0, 0.0, -0.0], [0.0, -1.0, 0.0], [0.0, 0.0, 1.0]][random.below(3)]
+                    ray.dir =
+                        [[1.0, 0.0, -0.0], [0.0, -1.0, 0.0], [0.0, 0.0, 1.0]][random.below(3)];
                 }
                 3 => ray = ray.with_range(0.0, 1.0),
                 4 => ray = ray.with_range(1.0, f32::INFINITY),
@@ -263,7 +264,7 @@ pub(crate) fn rays(mesh: &Mesh, count: usize, seed: u64) -> Vec<Ray> {
                 7 => {
                     ray.dir = ray
                         .dir
-                        .map(|d| d * 2.0_f32.powi(random.below(60) as i32 - 30))
+                        .map(|d| d * 2.0_f32.powi(random.below(60) as i32 - 30));
                 }
                 _ => {}
             }
