@@ -7,15 +7,46 @@ use anyhow::Result;
 /// Runs all checks, the quick ones first.
 pub(crate) fn run(_: &[String]) -> Result<()> {
     cargo("format", &["fmt", "--all", "--check"])?;
-    cargo("lints", &["clippy", "--workspace", "--all-targets", "--", "-D", "warnings"])?;
+    cargo(
+        "lints",
+        &[
+            "clippy",
+            "--workspace",
+            "--all-targets",
+            "--",
+            "-D",
+            "warnings",
+        ],
+    )?;
     // The README's own command, as a user types it.
     cargo("tests", &["test", "--release"])?;
-    cargo("core without threads", &["test", "--release", "-p", "boxwood", "--no-default-features", "--lib"])?;
+    cargo(
+        "core without threads",
+        &[
+            "test",
+            "--release",
+            "-p",
+            "boxwood",
+            "--no-default-features",
+            "--lib",
+        ],
+    )?;
     let mut doc = command("cargo", &["doc", "--workspace", "--no-deps"]);
     doc.env("RUSTDOCFLAGS", "-D warnings");
     step("documentation", doc)?;
     let plugin = "bench/plugin/Cargo.toml";
-    cargo("measurement plugin", &["clippy", "--release", "--manifest-path", plugin, "--", "-D", "warnings"])?;
+    cargo(
+        "measurement plugin",
+        &[
+            "clippy",
+            "--release",
+            "--manifest-path",
+            plugin,
+            "--",
+            "-D",
+            "warnings",
+        ],
+    )?;
     cargo("chores", &["test", "-p", "xtask"])?;
     figures::check()?;
     dependencies()?;
@@ -29,8 +60,13 @@ fn cargo(name: &str, args: &[&str]) -> Result<()> {
 /// Licences, bans and sources. The tool takes minutes to compile, so it is used where it is there.
 fn dependencies() -> Result<()> {
     if exists("cargo", &["deny", "--version"]) {
-        return cargo("dependencies", &["deny", "check", "bans", "licenses", "sources"]);
+        return cargo(
+            "dependencies",
+            &["deny", "check", "bans", "licenses", "sources"],
+        );
     }
-    println!("\n=== dependencies: skipped, cargo-deny is not installed (cargo install cargo-deny --locked)");
+    println!(
+        "\n=== dependencies: skipped, cargo-deny is not installed (cargo install cargo-deny --locked)"
+    );
     Ok(())
 }

@@ -5,10 +5,22 @@ use anyhow::{Context, Result, ensure};
 
 /// File in `docs/figures`, and the arguments that draw it.
 const FIGURES: &[(&str, &str)] = &[
-    ("bush.png", "render builtin:bush --shading whitted --size 640x480 --spp 9"),
-    ("cornell.png", "render builtin:cornell --shading path --size 480x480 --spp 100"),
-    ("stadium-grid.png", "render builtin:stadium --shading heat-prims --structure grid --size 640x360"),
-    ("stadium-bvh.png", "render builtin:stadium --shading heat-prims --structure bvh2 --size 640x360"),
+    (
+        "bush.png",
+        "render builtin:bush --shading whitted --size 640x480 --spp 9",
+    ),
+    (
+        "cornell.png",
+        "render builtin:cornell --shading path --size 480x480 --spp 100",
+    ),
+    (
+        "stadium-grid.png",
+        "render builtin:stadium --shading heat-prims --structure grid --size 640x360",
+    ),
+    (
+        "stadium-bvh.png",
+        "render builtin:stadium --shading heat-prims --structure bvh2 --size 640x360",
+    ),
 ];
 
 /// Draws all of them again.
@@ -28,7 +40,10 @@ pub(crate) fn check() -> Result<()> {
     let readme = std::fs::read_to_string(root().join("README.md")).context("README.md")?;
     for (file, _) in FIGURES {
         let path = format!("docs/figures/{file}");
-        ensure!(root().join(&path).exists(), "{path} is missing: cargo xtask figures");
+        ensure!(
+            root().join(&path).exists(),
+            "{path} is missing: cargo xtask figures"
+        );
         ensure!(readme.contains(&path), "the README does not show {path}");
     }
     Ok(())

@@ -13,15 +13,35 @@ const FLAGS: &str = "--cfg fuzzing -Ccodegen-units=1 -Cpasses=sancov-module \
 
 /// Fuzzes each format for the given number of seconds, from fresh seeds. A crash fails, and lies in `fuzz/artifacts`.
 pub(crate) fn run(args: &[String]) -> Result<()> {
-    let seconds: u32 = args.first().map_or(Ok(60), |s| s.parse()).context("SECONDS is a whole number")?;
+    let seconds: u32 = args
+        .first()
+        .map_or(Ok(60), |s| s.parse())
+        .context("SECONDS is a whole number")?;
     if !cfg!(all(target_arch = "x86_64", target_os = "linux")) || !exists("c++", &["--version"]) {
         println!("\n=== fuzz: skipped, it wants Linux on x86-64 and a C++ compiler");
         return Ok(());
     }
-    let seeds = ["run", "--release", "-p", "boxwood-scene", "--example", "fuzz_seeds", "--", "fuzz/corpus"];
+    let seeds = [
+        "run",
+        "--release",
+        "-p",
+        "boxwood-scene",
+        "--example",
+        "fuzz_seeds",
+        "--",
+        "fuzz/corpus",
+    ];
     step("fuzz seeds", command("cargo", &seeds))?;
-    let mut build = command("cargo", &["build", "--release", "--target", TRIPLE, "--bins"]);
-    step("fuzz build", { build.current_dir(root().join("fuzz")).env("RUSTFLAGS", FLAGS); build })?;
+    let mut build = command(
+        "cargo",
+        &["build", "--release", "--target", TRIPLE, "--bins"],
+    );
+    step("fuzz build", {
+        build
+            .current_dir(root().join("fuzz"))
+            .env("RUSTFLAGS", FLAGS);
+        build
+    })?;
     for target in TARGETS {
         let artifacts = root().join("fuzz/artifacts").join(target);
         std::fs::create_dir_all(&artifacts).with_context(|| format!("{}", artifacts.display()))?;
@@ -30,7 +50,12 @@ pub(crate) fn run(args: &[String]) -> Result<()> {
             .arg("-dict=fuzz/dictionary.txt")
             .arg(format!("-max_total_time={seconds}"))
             .arg(format!("-artifact_prefix={}/", artifacts.display()))
-            .args(["-timeout=2", "-rss_limit_mb=512", "-malloc_limit_mb=128", "-max_len=4096"])
+            .args([
+                "-timeout=2",
+                "-rss_limit_mb=512",
+                "-malloc_limit_mb=128",
+                "-max_len=4096",
+            ])
             .args(["-verbosity=0", "-print_final_stats=1"]);
         step(&format!("fuzz {target}"), fuzz)?;
     }

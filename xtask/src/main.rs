@@ -13,9 +13,21 @@ type Chore = (&'static str, &'static str, fn(&[String]) -> Result<()>);
 
 /// Every chore. Add a line here.
 const CHORES: &[Chore] = &[
-    ("ci", "everything that must hold before a change lands", ci::run),
-    ("fuzz", "each file format's fuzz target, for SECONDS (default 60) each", fuzz::run),
-    ("figures", "the pictures of the README, drawn by the project itself", figures::run),
+    (
+        "ci",
+        "everything that must hold before a change lands",
+        ci::run,
+    ),
+    (
+        "fuzz",
+        "each file format's fuzz target, for SECONDS (default 60) each",
+        fuzz::run,
+    ),
+    (
+        "figures",
+        "the pictures of the README, drawn by the project itself",
+        figures::run,
+    ),
 ];
 
 fn main() -> Result<()> {

@@ -7,7 +7,10 @@ use std::time::Instant;
 
 /// The root of the repository.
 pub(crate) fn root() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap_or(Path::new(".")).to_owned()
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+        .parent()
+        .unwrap_or(Path::new("."))
+        .to_owned()
 }
 
 /// A program to be run in the root.
@@ -21,7 +24,9 @@ pub(crate) fn command(program: &str, args: &[&str]) -> Command {
 pub(crate) fn step(name: &str, mut command: Command) -> Result<()> {
     println!("\n=== {name}: {command:?}");
     let start = Instant::now();
-    let status = command.status().with_context(|| format!("{name}: {command:?} could not be started"))?;
+    let status = command
+        .status()
+        .with_context(|| format!("{name}: {command:?} could not be started"))?;
     println!("=== {name}: {:.0} s", start.elapsed().as_secs_f64());
     ensure!(status.success(), "{name} failed with {status}: {command:?}");
     Ok(())
@@ -29,5 +34,7 @@ pub(crate) fn step(name: &str, mut command: Command) -> Result<()> {
 
 /// True if the program answers to `--version`.
 pub(crate) fn exists(program: &str, args: &[&str]) -> bool {
-    command(program, args).output().is_ok_and(|output| output.status.success())
+    command(program, args)
+        .output()
+        .is_ok_and(|output| output.status.success())
 }
