@@ -110,7 +110,7 @@ pub(crate) fn run(args: &Args, out: &Output) -> anyhow::Result<Exit> {
     let start = Instant::now();
     let bar = Progress::new(
         args.rays.saturating_mul(check::variants().len() as u64 + 1),
-        "rays",
+        "answers",
     );
     let report = check::run(&triangles, &options, &mut |progress| {
         bar.set(progress.done);

@@ -1,0 +1,55 @@
+//! The binary itself, run in a folder of its own.
+
+use std::{
+    path::Path,
+    process::{Command, Output, Stdio},
+};
+
+use serde_json::Value;
+
+pub(crate) const SMALL: &str = "--size=48x27";
+
+pub(crate) fn command(folder: &Path) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_boxwood"));
+    command.current_dir(folder).stdin(Stdio::null());
+    command
+}
+
+#[track_caller]
+fn run(folder: &Path, args: &[&str]) -> Output {
+    command(folder)
+        .args(args)
+        .output()
+        .expect("the binary runs")
+}
+
+pub(crate) fn folder() -> tempfile::TempDir {
+    tempfile::tempdir().expect("a folder for the test")
+}
+
+pub(crate) fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+/// Runs, and says everything if the exit code is another.
+#[track_caller]
+pub(crate) fn expect(folder: &Path, args: &[&str], code: i32) -> Output {
+    let output = run(folder, args);
+    let (out, err) = (text(&output.stdout), text(&output.stderr));
+    assert_eq!(
+        output.status.code(),
+        Some(code),
+        "boxwood {}\n{out}\n{err}",
+        args.join(" ")
+    );
+    output
+}
+
+#[track_caller]
+pub(crate) fn json(folder: &Path, args: &[&str], code: i32) -> Value {
+    let mut with_json = args.to_vec();
+    with_json.push("--json");
+    let output = expect(folder, &with_json, code);
+    serde_json::from_slice(&output.stdout)
+        .unwrap_or_else(|e| panic!("{args:?}: {e}\n{}", text(&output.stdout)))
+}
