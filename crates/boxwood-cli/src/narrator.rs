@@ -256,7 +256,11 @@ impl<'a> Narrator<'a> {
     }
 
     fn trace(&self, prim: u32) -> Option<EdgeTrace> {
-        Some(self.scene.triangle(0, prim)?.trace(self.ray.as_ref()?))
+        Some(
+            self.scene
+                .triangle_in_scene(prim)?
+                .trace(self.ray.as_ref()?),
+        )
     }
 }
 

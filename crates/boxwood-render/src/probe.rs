@@ -56,7 +56,8 @@ impl Probe<'_> {
             .stage
             .lights
             .sample(index, surface.position, pair, shadows)?;
-        if sample.dir.dot(surface.face_normal) <= 0.0 || sample.dir.dot(surface.normal) <= 0.0 {
+        // By the face alone: where the shading normal turns away, the material decides (and knows which normal it uses).
+        if sample.dir.dot(surface.face_normal) <= 0.0 {
             return None;
         }
         // A glowing triangle must not hide itself.

@@ -2,8 +2,8 @@
 
 use std::fmt;
 
-/// What is wrong with the input of a build. Degenerate and non-finite primitives are no error: they are kept out and
-/// counted (see [`Scene::skipped`](crate::Scene::skipped)).
+/// What is wrong with the input of a build. Primitives that can never be hit are no error: non-finite ones are kept out
+/// and counted (see [`Scene::skipped`](crate::Scene::skipped)), flat ones simply miss.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum BuildError {

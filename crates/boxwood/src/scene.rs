@@ -20,7 +20,7 @@ pub struct Scene {
     bounds: Aabb,
 }
 
-/// Largest number of primitives: ids are 32 bits, and the last means "none".
+/// Largest number of primitives: a tree has up to twice as many nodes, which 32 bits number.
 const MAX_PRIMITIVES: usize = (1 << 31) - 1;
 
 /// Rays that one task of a batch answers.
@@ -31,8 +31,8 @@ impl Scene {
     /// An indexed triangle mesh in the default structure.
     ///
     /// # Errors
-    /// If an index is not below `positions.len()`, or there are 2^31 triangles. Degenerate and non-finite triangles
-    /// are no error: they keep their numbers and are never hit (see [`Scene::skipped`]).
+    /// If an index is not below `positions.len()`, or there are 2^31 triangles. Triangles without area and
+    /// non-finite ones are no error: they keep their numbers and are never hit (see [`Scene::skipped`] for the latter).
     pub fn new(positions: &[[f32; 3]], indices: &[[u32; 3]]) -> Result<Self, BuildError> {
         Self::builder().mesh(positions, indices).build()
     }
@@ -154,13 +154,24 @@ impl Scene {
         walk
     }
 
-    /// The triangle of a hit or of an explained step; `None` if the scene is not of triangles or has no such number.
+    /// The triangle of a hit; `None` if the scene is not of triangles or the mesh has no such number.
     pub fn triangle(&self, geom: u32, prim: u32) -> Option<Triangle> {
+        let start = *self.starts.get(geom as usize)?;
+        let end = self
+            .starts
+            .get(geom as usize + 1)
+            .map_or(self.len(), |&next| next as usize);
+        let number = start.checked_add(prim)?;
+        self.triangle_in_scene(number)
+            .filter(|_| (number as usize) < end)
+    }
+
+    /// The triangle with a number that counts through all meshes, as the steps of [`Scene::explain`] have it.
+    pub fn triangle_in_scene(&self, number: u32) -> Option<Triangle> {
         let Geometry::Triangles(triangles) = &self.geometry else {
             return None;
         };
-        let start = self.starts.get(geom as usize)?;
-        triangles.0.get(start.checked_add(prim)? as usize).copied()
+        triangles.0.get(number as usize).copied()
     }
 
     /// Not unit; its length is twice the triangle's area. `None` as for [`Scene::triangle`].
@@ -184,7 +195,8 @@ impl Scene {
         self.geometry.is_empty()
     }
 
-    /// How many primitives have coordinates that are not finite or beyond 2^100, and so can never be hit.
+    /// How many primitives can never be hit: coordinates that are not finite or beyond 2^100, a negative radius, an empty
+    /// box. (A triangle without area is never hit either, but is not told apart.)
     pub fn skipped(&self) -> usize {
         self.skipped
     }

@@ -1,6 +1,7 @@
 //! The shape of a structure in numbers.
 
 use crate::query::{NodeInfo, Query};
+use std::collections::BTreeMap;
 
 /// What [`Stats::of`] counts.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -13,8 +14,8 @@ pub struct Stats {
     pub max_depth: u32,
     /// Primitives in leaves; more than there are if some stand in several.
     pub references: usize,
-    /// `leaf_sizes[n]`: how many leaves hold `n` primitives.
-    pub leaf_sizes: Vec<usize>,
+    /// Primitives in a leaf to how many leaves hold so many.
+    pub leaf_sizes: BTreeMap<u32, usize>,
     /// Expected work of a random line that meets the root: the sum over nodes of their area relative to the root's,
     /// times 1 for an inner node or the number of primitives for a leaf (Goldsmith and Salmon, 1987). Infinite or NaN for
     /// scenes without area. It says nothing about grids.
@@ -41,13 +42,9 @@ impl Stats {
         self.nodes += 1;
         self.sah_cost += node.bounds.half_area() / root_area * f64::from(node.prims.unwrap_or(1));
         let Some(prims) = node.prims else { return };
-        let prims = prims as usize;
         self.leaves += 1;
-        self.references += prims;
+        self.references += prims as usize;
         self.max_depth = self.max_depth.max(node.depth);
-        if self.leaf_sizes.len() <= prims {
-            self.leaf_sizes.resize(prims + 1, 0);
-        }
-        self.leaf_sizes[prims] += 1;
+        *self.leaf_sizes.entry(prims).or_default() += 1;
     }
 }

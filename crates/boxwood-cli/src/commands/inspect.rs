@@ -1,5 +1,6 @@
 //! `boxwood inspect`: what a file holds, and what a structure makes of it.
 
+use std::collections::BTreeMap;
 use std::time::Duration;
 
 use boxwood::{Scene, Stats, Triangle};
@@ -76,8 +77,8 @@ struct Shape {
     references: usize,
     /// Null where it says nothing: for grids and scenes without area.
     sah_cost: Option<f64>,
-    /// Number of leaves with 0, 1, 2, ... primitives.
-    leaf_sizes: Vec<usize>,
+    /// Primitives in a leaf to how many leaves hold so many.
+    leaf_sizes: BTreeMap<u32, usize>,
 }
 
 /// Loads, builds and prints.
@@ -284,18 +285,19 @@ impl Shape {
     /// One line per leaf size, or per range of them where there are many.
     fn histogram(&self) -> Vec<(&'static str, String)> {
         const LINES: usize = 10;
-        let step = self.leaf_sizes.len().div_ceil(LINES).max(1);
-        let bins: Vec<usize> = self
+        let end = self
             .leaf_sizes
-            .chunks(step)
-            .map(|sizes| sizes.iter().sum())
-            .collect();
+            .keys()
+            .last()
+            .map_or(0, |&most| most as usize + 1);
+        let step = end.div_ceil(LINES).max(1);
+        let mut bins = vec![0; end.div_ceil(step)];
+        for (&size, &leaves) in &self.leaf_sizes {
+            bins[size as usize / step] += leaves;
+        }
         let most = bins.iter().copied().max().unwrap_or(0).max(1);
         let line = |(bin, &leaves): (usize, &usize)| {
-            let (first, last) = (
-                bin * step,
-                (bin * step + step).min(self.leaf_sizes.len()) - 1,
-            );
+            let (first, last) = (bin * step, (bin * step + step).min(end) - 1);
             let sizes = if first == last {
                 first.to_string()
             } else {

@@ -61,6 +61,16 @@ impl BuildOptions {
         }
     }
 
+    /// `grid_density` in its range.
+    pub(crate) fn cells_per_primitive(&self) -> f64 {
+        let density = self.grid_density;
+        f64::from(if density.is_nan() {
+            4.0
+        } else {
+            density.clamp(0.01, 64.0)
+        })
+    }
+
     /// `max_leaf` in its range.
     pub(crate) fn leaf_limit(&self) -> usize {
         self.max_leaf.clamp(1, 255) as usize

@@ -331,13 +331,13 @@ mod tests {
     }
 
     #[test]
-    fn progress_ends_where_it_said_it_would() {
+    fn progress_never_goes_back_and_ends_near_its_total() {
         let (mut last, mut total) = (0, 0);
         run(&soup(20), &options(40_000), &mut |p| {
             assert!(p.done >= last && p.done <= p.total, "{p:?}");
             (last, total) = (p.done, p.total);
         })
         .unwrap();
-        assert!(last < total && total - last <= 40_000, "{last} of {total}");
+        assert!(last > 0 && total - last <= 40_000, "{last} of {total}");
     }
 }

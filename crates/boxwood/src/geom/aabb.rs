@@ -1,7 +1,7 @@
 //! The axis-aligned bounding box.
 
 use super::float::{max, min};
-use super::{Sphere, Triangle};
+use super::{MAX_COORDINATE, Sphere, Triangle};
 
 /// A box with sides along the axes. Closed: its faces belong to it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -43,8 +43,11 @@ impl Aabb {
         }
     }
 
-    /// The lecture's "AABB for a sphere": centre minus and plus radius, rounded outward.
+    /// The lecture's "AABB for a sphere": centre minus and plus radius, rounded outward. Empty for an empty sphere.
     pub fn of_sphere(sphere: &Sphere) -> Self {
+        if !(sphere.radius >= 0.0) {
+            return Self::EMPTY;
+        }
         Self {
             min: sphere.center.map(|c| (c - sphere.radius).next_down()),
             max: sphere.center.map(|c| (c + sphere.radius).next_up()),
@@ -69,6 +72,12 @@ impl Aabb {
     #[inline]
     pub fn is_empty(&self) -> bool {
         !(0..3).all(|k| self.min[k] <= self.max[k])
+    }
+
+    /// True if there is something inside and nothing beyond [`MAX_COORDINATE`]: what can be hit.
+    pub fn is_in_domain(&self) -> bool {
+        let corners = self.min.iter().chain(&self.max);
+        !self.is_empty() && corners.into_iter().all(|x| x.abs() <= MAX_COORDINATE)
     }
 
     /// True if the point is inside or on a face.

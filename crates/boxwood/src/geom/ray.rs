@@ -75,8 +75,10 @@ pub struct PreparedRay {
     pub dir: [f32; 3],
     /// `max(ray.t_min, 0)`.
     pub t_min: f32,
-    /// As in the ray; structures of nested objects shorten it as hits are found.
+    /// As in the ray.
     pub t_max: f32,
+    /// Nothing beyond this matters any more: `t_max`, or the closest hit that nested objects have found so far.
+    pub limit: f32,
     /// The axis of the largest `|dir|`, after the two others in cyclic order: `[kx, ky, kz]`.
     pub axes: [usize; 3],
     /// `dir[kx] / dir[kz]` and `dir[ky] / dir[kz]`.
@@ -128,6 +130,7 @@ impl PreparedRay {
             dir: ray.dir,
             t_min: if ray.t_min > 0.0 { ray.t_min } else { 0.0 },
             t_max: ray.t_max,
+            limit: ray.t_max,
             axes: [kx, ky, kz],
             shear: [ray.dir[kx] / ray.dir[kz], ray.dir[ky] / ray.dir[kz]],
             t_per_depth: 1.0 / f64::from(ray.dir[kz]),

@@ -12,8 +12,10 @@
 //! Let `u = 2^-24` and `A` be [`Aabb::reach`]: no vertex is farther than `A` from the origin in any axis. The
 //! exact triangle test moves vertices by at most `6 u A` (translation, shear). The plane distances here err by
 //! `4 u A` (subtraction, padding, reciprocal, product). The own box is padded by `16 u A`, so its interval is not
-//! empty for an accepted triangle. Filters pad by `32 u A'` with `A'` of the whole scene, hence `A' >= A`, which
-//! leaves `16 u A` for their own `4 u A'`-sized errors relative to the definition's.
+//! empty for an accepted triangle. Filters pad by `32 u A'` with `A'` of the whole scene, hence `A' >= A`; that is at
+//! least `16 u A'` more than the definition, and covers the `4 u A'` by which each of the two may err. Both multiply by
+//! the same reciprocals, so these are no source of difference; folding the padding into the origin rounds relative to
+//! the origin's size and not to `A'`, which `padded` makes up for.
 
 use super::float::{max, min};
 use super::{Aabb, PreparedRay};
@@ -85,7 +87,7 @@ impl Aabb {
     #[inline]
     pub fn bind(&self, ray: &PreparedRay, t: f32) -> Option<f32> {
         let own = self.own_interval(ray);
-        (own.near <= own.far).then(|| max(own.near, min(own.far, t)))
+        (own.near <= own.far && t.is_finite()).then(|| max(own.near, min(own.far, t)))
     }
 }
 
@@ -144,7 +146,7 @@ impl SlabRay {
     }
 
     /// Where the ray is in both padded boxes: `near` and `far`, the first two lanes of each. Per box 6 subtractions, 6
-    /// products, 10 comparisons.
+    /// products, 10 minima and maxima.
     #[inline]
     pub(crate) fn pair(&self, pair: &AabbPair) -> [Vec4; 2] {
         let axis = |k: usize| {

@@ -15,7 +15,7 @@ pub const SLIDE_FLOPS: u32 = 27;
 
 /// What the code executes up to each [`Exit`]. The slides leave out the two additions of M, hence 29 and not 27; the
 /// comparisons are not counted here, as they are not there.
-pub const FLOPS: [u32; 3] = [29, 44, 50];
+pub const FLOPS: [u32; 3] = [29, 45, 51];
 
 /// The slides' routine: `None` if the line misses the triangle, and where it was decided. `t` may lie outside the ray's
 /// range; a triangle seen edge-on gives `M = 0` and is missed.
@@ -47,7 +47,8 @@ fn intersect_with<N: Number>(
     }
     let (ak_jb, jc_al, bl_kc) = (a * k - j * b, j * c - a * l, b * l - k * c);
     let gamma = (i * ak_jb + h * jc_al + g * bl_kc) / m;
-    if !(gamma >= zero && gamma.value() + beta.value() <= 1.0) {
+    let sum = beta + gamma;
+    if !(gamma >= zero && sum <= one) {
         return (None, Exit::Gamma);
     }
     let t = (f * ak_jb + e * jc_al + d * bl_kc) / m;

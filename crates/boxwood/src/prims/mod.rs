@@ -8,7 +8,7 @@ pub use custom::{Custom, Shapes};
 pub use spheres::Spheres;
 pub use triangles::Triangles;
 
-use crate::geom::{Aabb, Candidate, MAX_COORDINATE, PreparedRay};
+use crate::geom::{Aabb, Candidate, PreparedRay};
 
 /// A numbered set of primitives of one kind.
 pub trait Primitives: Send + Sync + Sized + 'static {
@@ -30,16 +30,10 @@ pub trait Primitives: Send + Sync + Sized + 'static {
     /// The box of one primitive.
     fn bounds(&self, index: usize) -> Aabb;
 
-    /// False for a primitive that can never be hit: no extent, not finite, or beyond
-    /// [`MAX_COORDINATE`]. It keeps its number, and structures leave it out.
+    /// False for a primitive that can never be hit: an empty box, not finite, or beyond
+    /// [`MAX_COORDINATE`](crate::geom::MAX_COORDINATE). It keeps its number, and structures leave it out.
     fn is_active(&self, index: usize) -> bool {
-        let bounds = self.bounds(index);
-        !bounds.is_empty()
-            && bounds
-                .min
-                .iter()
-                .chain(&bounds.max)
-                .all(|x| x.abs() <= MAX_COORDINATE)
+        self.bounds(index).is_in_domain()
     }
 
     /// The test. At most one hit, the first in the ray's range if the shape has several; the caller checks the range and
@@ -62,22 +56,41 @@ pub trait Primitives: Send + Sync + Sized + 'static {
     fn bytes(&self) -> usize;
 }
 
-/// The test as the definition of a hit has it: the range is closed, `t` is bound to the primitive's own padded box.
-#[inline(always)]
-pub(crate) fn accepted<P: Primitives>(
-    prims: &P,
-    index: usize,
-    ray: &PreparedRay,
-) -> Option<Candidate> {
-    let candidate = prims.intersect(index, ray)?;
-    bind(prims.bounds(index), candidate, ray)
+/// A test as the definition of a hit has it: the range is closed, `t` is bound to the primitive's own padded box.
+pub(crate) struct Tested {
+    pub(crate) candidate: Option<Candidate>,
+    pub(crate) flops: u32,
+    pub(crate) bytes: u32,
 }
 
-/// Binds a candidate to its primitive's box and the ray's range.
-#[inline]
-pub(crate) fn bind(bounds: Aabb, candidate: Candidate, ray: &PreparedRay) -> Option<Candidate> {
-    let t = bounds.bind(ray, candidate.t)?;
-    ray.contains(t).then_some(Candidate { t, ..candidate })
+impl Tested {
+    #[inline(always)]
+    pub(crate) fn of<P: Primitives>(prims: &P, index: usize, ray: &PreparedRay) -> Self {
+        Self::new::<P>(prims.intersect(index, ray), || prims.bounds(index), ray)
+    }
+
+    /// From what a test of the kind `P` found, and the box of what it tested.
+    #[inline(always)]
+    pub(crate) fn new<P: Primitives>(
+        found: Option<Candidate>,
+        bounds: impl FnOnce() -> Aabb,
+        ray: &PreparedRay,
+    ) -> Self {
+        let flops = if found.is_some() {
+            P::FLOPS_HIT
+        } else {
+            P::FLOPS_MISS
+        };
+        let candidate = found.and_then(|c| {
+            let t = bounds().bind(ray, c.t)?;
+            ray.contains(t).then_some(Candidate { t, ..c })
+        });
+        Self {
+            candidate,
+            flops,
+            bytes: P::BYTES,
+        }
+    }
 }
 
 /// Every kind of primitive that a [`Scene`](crate::Scene) can hold.

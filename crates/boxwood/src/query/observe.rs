@@ -52,7 +52,8 @@ pub struct CellVisit {
     pub cell: [u32; 3],
     /// Where the ray enters, in `t`.
     pub enter: f64,
-    /// The lecture's constant offset: `t` between two faces of each axis.
+    /// The lecture's constant offset: `t` between two faces of each axis; infinite across a zero direction, NaN for a
+    /// ray from so far away that it walks whole layers.
     pub t_delta: [f64; 3],
     /// `t` of the next face of each axis. The smallest is where the ray goes on.
     pub t_next: [f64; 3],
@@ -107,8 +108,9 @@ pub struct Counts {
     pub boxes: u64,
     /// Primitive tests.
     pub prims: u64,
-    /// Floating-point operations: additions, subtractions, products, quotients, roots and comparisons of the tests
-    /// above, by the constants that stand beside each test. Preparing a ray is not counted.
+    /// Floating-point operations of the tests above: additions, subtractions, products, quotients, roots, minima and
+    /// maxima, by the constants that stand beside each test. As on the slides, a comparison that only decides where to
+    /// go on is not counted, nor is preparing a ray.
     pub flops: u64,
     /// Bytes of nodes, cells, references and primitives read, whether cached or not.
     pub bytes: u64,

@@ -5,8 +5,8 @@ use super::indexed::Trace;
 use super::visit::hit;
 use crate::build::{BuildOptions, Topology};
 use crate::error::BuildError;
-use crate::geom::{Aabb, Candidate, Hit, Interval, PreparedRay, Ray, Sphere, Triangle};
-use crate::prims::{Primitives, Spheres, Triangles, accepted, bind, boxes};
+use crate::geom::{Aabb, Hit, Interval, PreparedRay, Ray, Sphere, Triangle};
+use crate::prims::{Primitives, Spheres, Tested, Triangles, boxes};
 use crate::query::{
     NoObserver, NodeInfo, Observer, PrimitiveTest, PrimitiveVerdict, Query, VolumeTest,
     VolumeVerdict,
@@ -29,6 +29,7 @@ pub trait Object: Send + Sync {
     fn bounds(&self) -> Aabb;
 
     /// The closest hit in the ray's range.
+    /// (In [`PreparedRay::limit`] stands what has been found elsewhere; farther hits may be left out.)
     fn ray_intersect(&self, ray: &PreparedRay, observer: &mut dyn Observer) -> Option<Hit>;
 
     /// True if there is any hit in the ray's range.
@@ -108,15 +109,16 @@ impl<V: BoundingVolume> BoundedObject<V> {
         // The volume is padded for what it holds, which the box of the children and its own box both bound.
         let ray_for_volume = V::prepare(ray, &self.bounds);
         let Interval { near, far } = self.volume.interval(&ray_for_volume);
-        let entered = Interval { near, far }.meets(ray.t_min, ray.t_max);
+        let met = Interval { near, far }.meets(ray.t_min, ray.t_max);
+        let entered = met && near <= ray.limit;
         observer.volume(VolumeTest {
             node: self.node,
             near,
             far,
-            verdict: if entered {
-                VolumeVerdict::Enter
-            } else {
-                VolumeVerdict::Miss
+            verdict: match (met, entered) {
+                (_, true) => VolumeVerdict::Enter,
+                (true, false) => VolumeVerdict::Farther,
+                (false, _) => VolumeVerdict::Miss,
             },
             flops: V::FLOPS,
             bytes: size_of::<Self>() as u32,
@@ -130,8 +132,8 @@ impl<V: BoundingVolume> Object for BoundedObject<V> {
         self.bounds
     }
 
-    /// *Intersect with each child; if any, return closest.* The ray is shortened to the closest hit so far, so that
-    /// children behind it are not looked into.
+    /// *Intersect with each child; if any, return closest.* The closest hit so far limits the ray, so that volumes
+    /// behind it are not looked into.
     fn ray_intersect(&self, ray: &PreparedRay, observer: &mut dyn Observer) -> Option<Hit> {
         if !self.is_entered(ray, observer) {
             return None;
@@ -143,7 +145,7 @@ impl<V: BoundingVolume> Object for BoundedObject<V> {
                 continue;
             };
             if closest.is_none_or(|best| found.order(&best).is_lt()) {
-                ray.t_max = found.t;
+                ray.limit = found.t;
                 closest = Some(found);
             }
         }
@@ -201,12 +203,18 @@ impl<V: BoundingVolume> Object for BoundedObject<V> {
 pub struct PrimitiveObject<P> {
     prims: Arc<P>,
     index: u32,
+    is_active: bool,
 }
 
 impl<P: Primitives> PrimitiveObject<P> {
     /// Primitive `index` of the set.
     pub fn new(prims: Arc<P>, index: u32) -> Self {
-        Self { prims, index }
+        let is_active = prims.is_active(index as usize);
+        Self {
+            prims,
+            index,
+            is_active,
+        }
     }
 }
 
@@ -216,11 +224,11 @@ impl<P: Primitives> Object for PrimitiveObject<P> {
     }
 
     fn ray_intersect(&self, ray: &PreparedRay, observer: &mut dyn Observer) -> Option<Hit> {
-        report::<P>(
-            self.index,
-            accepted(&*self.prims, self.index as usize, ray),
-            observer,
-        )
+        if !self.is_active {
+            return None;
+        }
+        let tested = Tested::of(&*self.prims, self.index as usize, ray);
+        report(self.index, &tested, ray, observer)
     }
 
     fn hull(&self, points: &mut Vec<[f32; 3]>) {
@@ -235,11 +243,10 @@ impl Object for (u32, Triangle) {
     }
 
     fn ray_intersect(&self, ray: &PreparedRay, observer: &mut dyn Observer) -> Option<Hit> {
-        let candidate = self
-            .1
-            .intersect(ray)
-            .and_then(|c| bind(self.1.bounds(), c, ray));
-        report::<Triangles>(self.0, candidate, observer)
+        let bounds = self.1.bounds();
+        let found = self.1.intersect(ray).filter(|_| bounds.is_in_domain());
+        let tested = Tested::new::<Triangles>(found, || bounds, ray);
+        report(self.0, &tested, ray, observer)
     }
 
     fn hull(&self, points: &mut Vec<[f32; 3]>) {
@@ -254,31 +261,31 @@ impl Object for (u32, Sphere) {
     }
 
     fn ray_intersect(&self, ray: &PreparedRay, observer: &mut dyn Observer) -> Option<Hit> {
-        let candidate = self
-            .1
-            .intersect(ray)
-            .and_then(|c| bind(Aabb::of_sphere(&self.1), c, ray));
-        report::<Spheres>(self.0, candidate, observer)
+        let bounds = Aabb::of_sphere(&self.1);
+        let found = self.1.intersect(ray).filter(|_| bounds.is_in_domain());
+        let tested = Tested::new::<Spheres>(found, || bounds, ray);
+        report(self.0, &tested, ray, observer)
     }
 }
 
 /// Tells the observer of a primitive test and names the hit.
-fn report<P: Primitives>(
+fn report(
     prim: u32,
-    candidate: Option<Candidate>,
+    tested: &Tested,
+    ray: &PreparedRay,
     observer: &mut dyn Observer,
 ) -> Option<Hit> {
-    let is_hit = candidate.is_some();
+    let candidate = tested.candidate;
     observer.primitive(PrimitiveTest {
         prim,
         candidate,
-        verdict: if is_hit {
-            PrimitiveVerdict::Closest
-        } else {
-            PrimitiveVerdict::Miss
+        verdict: match candidate {
+            Some(c) if c.t <= ray.limit => PrimitiveVerdict::Closest,
+            Some(_) => PrimitiveVerdict::Farther,
+            None => PrimitiveVerdict::Miss,
         },
-        flops: if is_hit { P::FLOPS_HIT } else { P::FLOPS_MISS },
-        bytes: P::BYTES,
+        flops: tested.flops,
+        bytes: tested.bytes,
     });
     candidate.map(|c| hit(c, prim))
 }

@@ -4,8 +4,8 @@
 //! * Storage: one offset per cell and one number per reference, filled by counting sort (Lagae and Dutré, "Compact, Fast
 //!   and Robust Grids for Ray Tracing", EGSR 2008).
 //! * Resolution: `n_i = d_i * cbrt(density * N / V)` cells along side `d_i` of a box of volume `V`, so that cells are
-//!   nearly cubes and there are `density` of them per primitive. Halved while long primitives would need more than
-//!   [`MAX_REFERENCES`] references each on average.
+//!   nearly cubes and there are `density` of them per primitive; half as many along each side, and again, while long
+//!   primitives would need more than 16 references each on average (4096 in all are always allowed).
 //! * Walk: a 3D digital differential analyser with the lecture's constant offset between faces (Amanatides and Woo, "A Fast
 //!   Voxel Traversal Algorithm for Ray Tracing", Eurographics 1987). A hit beyond the cell is kept, and the walk ends
 //!   when a cell begins behind it.
@@ -18,7 +18,8 @@ use crate::build::BuildOptions;
 use crate::error::BuildError;
 use crate::geom::{Aabb, Interval, PreparedRay, SlabRay, filter_pad};
 use crate::prims::Primitives;
-use crate::query::{CellVisit, NodeInfo};
+use crate::query::{CellVisit, NodeInfo, VolumeTest, VolumeVerdict};
+use crate::volume::BoundingVolume;
 use std::ops::{ControlFlow, Range};
 
 /// A uniform grid.
@@ -34,6 +35,8 @@ pub struct Grid {
 
 /// Average number of references per primitive above which the resolution is halved.
 const MAX_REFERENCES: usize = 16;
+/// Operations per cell of a sweep, those of its layer shared out: faces 6, corners of the beam 8 and 4 comparisons.
+const SWEEP_FLOPS: u32 = 18;
 /// Cells along one axis.
 const MAX_CELLS: f64 = 1024.0;
 
@@ -50,8 +53,8 @@ impl Accel for Grid {
             .map(|(_, prim)| prim)
             .collect();
         let kept: Vec<Aabb> = order.iter().map(|&prim| boxes[prim as usize]).collect();
-        let mut density = f64::from(options.grid_density.clamp(0.01, 64.0));
-        let limit = (MAX_REFERENCES * kept.len()).max(4096);
+        let mut density = options.cells_per_primitive();
+        let limit = (MAX_REFERENCES * kept.len()).clamp(4096, u32::MAX as usize);
         let shape = loop {
             let shape = Shape::new(&kept, density);
             if shape.count_references(&kept, limit).is_some() || shape.cells == [1; 3] {
@@ -74,16 +77,32 @@ impl Accel for Grid {
 
     #[inline]
     fn traverse<V: Visit>(&self, ray: &PreparedRay, visit: &mut V) {
-        let slab = SlabRay::new(ray, &self.shape.bounds);
-        let Interval { near, far } = slab.interval(&self.shape.bounds);
-        let (start, end) = (near.max(ray.t_min), far.min(ray.t_max));
-        // Empty bounds give an empty interval.
-        if !(start <= end) {
+        if self.order.is_empty() {
             return;
         }
+        let bounds = &self.shape.bounds;
+        let interval = SlabRay::new(ray, bounds).interval(bounds);
+        let Interval { near, far } = interval;
+        let is_met = interval.meets(ray.t_min, ray.t_max);
+        visit.volume(VolumeTest {
+            node: 0,
+            near,
+            far,
+            verdict: if is_met {
+                VolumeVerdict::Enter
+            } else {
+                VolumeVerdict::Miss
+            },
+            flops: Aabb::FLOPS,
+            bytes: size_of::<Aabb>() as u32,
+        });
+        if !is_met {
+            return;
+        }
+        let (start, end) = (near.max(ray.t_min), far.min(ray.t_max));
         let mut mailbox = Mailbox::default();
         // A break ends the traversal, and so does the end.
-        let _ = if filter_pad(self.shape.bounds.reach(ray.origin), ray) <= self.shape.margin {
+        let _ = if filter_pad(bounds.reach(ray.origin), ray) <= self.shape.margin {
             self.step(ray, f64::from(start), f64::from(end), &mut mailbox, visit)
         } else {
             self.sweep(ray, f64::from(start), f64::from(end), &mut mailbox, visit)
@@ -194,7 +213,7 @@ impl Grid {
                         t_delta: [f64::NAN; 3],
                         t_next: [f64::NAN; 3],
                         prims: range.len() as u32,
-                        flops: CellWalk::FLOPS,
+                        flops: SWEEP_FLOPS,
                         bytes: 8 + 4 * range.len() as u32,
                     });
                     self.visit_cell(range, mailbox, visit)?;
@@ -241,6 +260,15 @@ impl Mailbox {
     }
 }
 
+/// A whole number of cells; one where there is no saying (NaN, of infinite boxes).
+fn cells_along(wanted: f64) -> u32 {
+    if wanted > 1.0 {
+        wanted.ceil().min(MAX_CELLS) as u32
+    } else {
+        1
+    }
+}
+
 /// Where the cells are.
 #[derive(Clone, Debug)]
 struct Shape {
@@ -268,7 +296,7 @@ impl Shape {
         let thickness = (tight.diagonal() * 1e-3).max(1e-30);
         let sides = tight.extent().map(|side| f64::from(side).max(thickness));
         let per_unit = (density * boxes.len() as f64 / (sides[0] * sides[1] * sides[2])).cbrt();
-        let cells = sides.map(|side| (side * per_unit).ceil().clamp(1.0, MAX_CELLS) as u32);
+        let cells = sides.map(|side| cells_along(side * per_unit));
         let smallest = (0..3)
             .map(|k| sides[k] / f64::from(cells[k]))
             .fold(f64::INFINITY, f64::min);

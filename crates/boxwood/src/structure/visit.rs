@@ -1,7 +1,7 @@
 //! The three questions as visitors of a traversal.
 
 use crate::geom::{Candidate, Hit, PreparedRay};
-use crate::prims::{Primitives, accepted};
+use crate::prims::{Primitives, Tested};
 use crate::query::{CellVisit, Observer, PrimitiveTest, PrimitiveVerdict, VolumeTest};
 use std::ops::ControlFlow;
 
@@ -42,7 +42,11 @@ impl<P: Primitives, O: Observer> Asked<'_, P, O> {
         slot: u32,
         judge: impl FnOnce(&Candidate, u32) -> PrimitiveVerdict,
     ) -> Option<(Candidate, u32)> {
-        let candidate = accepted(self.prims, slot as usize, self.ray);
+        let Tested {
+            candidate,
+            flops,
+            bytes,
+        } = Tested::of(self.prims, slot as usize, self.ray);
         let prim = self.ids[slot as usize];
         let verdict = candidate
             .as_ref()
@@ -51,12 +55,8 @@ impl<P: Primitives, O: Observer> Asked<'_, P, O> {
             prim,
             candidate,
             verdict,
-            flops: if candidate.is_some() {
-                P::FLOPS_HIT
-            } else {
-                P::FLOPS_MISS
-            },
-            bytes: P::BYTES,
+            flops,
+            bytes,
         });
         candidate
             .filter(|_| verdict == PrimitiveVerdict::Closest)

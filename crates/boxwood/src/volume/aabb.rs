@@ -5,7 +5,8 @@ use crate::geom::{Aabb, AabbPair, Interval, PreparedRay, SlabRay, Sphere};
 
 impl BoundingVolume for Aabb {
     const NAME: &'static str = "aabb";
-    /// Per axis 2 subtractions, 2 products, 2 comparisons to order and 2 to intersect.
+    /// Per axis 2 subtractions, 2 products, 2 minima and maxima to order; 4 to intersect the slabs, 2 to cut with the ray's
+    /// range.
     const FLOPS: u32 = 24;
     const UNION_IS_TIGHT: bool = true;
 

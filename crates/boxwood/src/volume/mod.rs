@@ -74,7 +74,7 @@ pub trait BoundingVolume: Copy + std::fmt::Debug + Send + Sync + 'static {
     /// [`BoundingVolume::interval`] of both.
     fn pair_intervals(pair: &Self::Pair, ray: &Self::Ray) -> [Interval; 2];
 
-    /// Surface area, what the cost of a hierarchy is measured by.
+    /// Surface area: what the chance of a random line to meet the volume is in proportion to.
     fn surface_area(&self) -> f64;
 
     /// Volume.

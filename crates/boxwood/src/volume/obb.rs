@@ -34,7 +34,7 @@ impl BoundingVolume for Obb {
     }
 
     fn of_sphere(sphere: &Sphere) -> Self {
-        if sphere.radius < 0.0 {
+        if !(sphere.radius >= 0.0) {
             return EMPTY;
         }
         Self {

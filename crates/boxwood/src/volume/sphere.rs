@@ -14,8 +14,8 @@ pub struct SphereRay {
 
 impl BoundingVolume for Sphere {
     const NAME: &'static str = "sphere";
-    /// The roots, and the padding.
-    const FLOPS: u32 = Self::FLOPS + 1;
+    /// The roots, the padding, and the cut with the ray's range.
+    const FLOPS: u32 = Self::ROOTS_FLOPS + 3;
 
     type Ray = SphereRay;
     type Pair = [Self; 2];
@@ -28,7 +28,8 @@ impl BoundingVolume for Sphere {
         *sphere
     }
 
-    /// Grows the sphere of the centres until it holds the farthest sphere; at most a little larger than smallest.
+    /// One after the other, each time the smallest sphere around two: encloses all, but is not the smallest around more
+    /// than two, and depends on their order.
     fn of_volumes(volumes: &[Self]) -> Self {
         let mut spheres = volumes.iter().filter(|s| s.radius >= 0.0);
         let Some(first) = spheres.next() else {
@@ -85,11 +86,7 @@ impl BoundingVolume for Sphere {
     }
 
     fn bounds(&self) -> Aabb {
-        if self.radius >= 0.0 {
-            Aabb::of_sphere(self)
-        } else {
-            Aabb::EMPTY
-        }
+        Aabb::of_sphere(self)
     }
 
     fn contains(&self, point: [f32; 3], slack: f32) -> bool {
