@@ -59,10 +59,13 @@ fn lit(probe: &mut Probe<'_>, surface: &Surface, out: Vec3, mirror: Vec3) -> Vec
         let Some(sample) = probe.light(index, surface, Shadows::Hard) else {
             continue;
         };
+        let cosine = surface.normal.dot(sample.dir);
+        if cosine <= 0.0 {
+            continue;
+        }
         let half = (sample.dir + out).normalize_or_zero();
         let highlight =
             libm::powf(surface.normal.dot(half).max(0.0), exponent) * (exponent + 2.0) / 8.0;
-        let cosine = surface.normal.dot(sample.dir);
         light +=
             (matte + gloss * highlight) * sample.light * (cosine * std::f32::consts::FRAC_1_PI);
     }

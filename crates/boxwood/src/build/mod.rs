@@ -30,9 +30,9 @@ pub struct BuildOptions {
     pub axis: AxisRule,
     /// Most primitives in a leaf, 1 to 255. More: smaller tree, slower rays. Default: 4.
     pub max_leaf: u32,
-    /// Bins per axis of the `binned` builder, 2 to 64. More: better splits, slower build. Default: 16.
+    /// Bins per axis of the `binned` builder, 2 to 64. More: better splits, slower build. Default: 32.
     pub bins: u32,
-    /// What a primitive test costs, where visiting a node costs 1; the surface area heuristic weighs by it. Default: 1.
+    /// What a primitive test costs, where visiting a node costs 1; the surface area heuristic weighs by it. Default: 0.6.
     pub primitive_cost: f32,
     /// Cells per primitive of the uniform grid, 0.01 to 64. Default: 4.
     pub grid_density: f32,
@@ -45,8 +45,8 @@ impl Default for BuildOptions {
             volume: "aabb",
             axis: AxisRule::Longest,
             max_leaf: 4,
-            bins: 16,
-            primitive_cost: 1.0,
+            bins: 32,
+            primitive_cost: 0.6,
             grid_density: 4.0,
         }
     }

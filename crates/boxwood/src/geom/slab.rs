@@ -19,7 +19,7 @@
 
 use super::float::{max, min};
 use super::{Aabb, PreparedRay};
-use glam::{Vec4, Vec4Swizzles};
+use glam::{Vec3A, Vec4, Vec4Swizzles};
 
 /// A closed range of the ray parameter; empty if `near > far`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -138,9 +138,18 @@ impl SlabRay {
     #[inline]
     pub fn new(ray: &PreparedRay, bounds: &Aabb) -> Self {
         let pad = filter_pad(bounds.reach(ray.origin), ray);
-        let ([a, b, c], [x, y, z]) = (ray.origin, ray.recip);
+        let origin = Vec3A::from_array(ray.origin);
+        // The origin as seen by the faces: ahead by at least `pad` for `min`, behind for `max`. The slack makes up for the
+        // two roundings here.
+        let slack = (origin.abs() + pad) * TWO_POW_MINUS_22;
+        let (for_min, for_max) = ((origin + pad) + slack, (origin - pad) - slack);
+        let [x, y, z] = ray.recip;
         Self {
-            origin: [padded(a, pad), padded(b, pad), padded(c, pad)],
+            origin: [
+                Vec4::new(for_min.x, for_min.x, for_max.x, for_max.x),
+                Vec4::new(for_min.y, for_min.y, for_max.y, for_max.y),
+                Vec4::new(for_min.z, for_min.z, for_max.z, for_max.z),
+            ],
             recip: [Vec4::splat(x), Vec4::splat(y), Vec4::splat(z)],
         }
     }
@@ -167,15 +176,6 @@ impl SlabRay {
             far: far.x,
         }
     }
-}
-
-/// The origin as seen by the faces: ahead by at least `pad` for the first ones, behind for the last ones. The slack
-/// makes up for the two roundings here.
-#[inline(always)]
-fn padded(origin: f32, pad: f32) -> Vec4 {
-    let slack = (origin.abs() + pad) * TWO_POW_MINUS_22;
-    let (for_min, for_max) = ((origin + pad) + slack, (origin - pad) - slack);
-    Vec4::new(for_min, for_min, for_max, for_max)
 }
 
 const TWO_POW_MINUS_20: f32 = 1.0 / (1 << 20) as f32;

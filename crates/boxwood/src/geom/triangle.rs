@@ -49,13 +49,15 @@ impl Triangle {
             sheared(&self.0[2], ray),
         ];
         let (ea, eb, ec) = (edge(b, c), edge(c, a), edge(a, b));
-        let negative = ea < 0.0 || eb < 0.0 || ec < 0.0;
-        let positive = ea > 0.0 || eb > 0.0 || ec > 0.0;
-        if negative && positive {
+        // Selections, not branches: which edge a miss is beyond cannot be guessed.
+        let negative = (ea < 0.0) | (eb < 0.0) | (ec < 0.0);
+        let positive = (ea > 0.0) | (eb > 0.0) | (ec > 0.0);
+        if negative & positive {
             return None;
         }
         // Not decided by certain signs alone: some are zero or NaN.
-        let certain = (ea < 0.0 && eb < 0.0 && ec < 0.0) || (ea > 0.0 && eb > 0.0 && ec > 0.0);
+        let certain =
+            ((ea < 0.0) & (eb < 0.0) & (ec < 0.0)) | ((ea > 0.0) & (eb > 0.0) & (ec > 0.0));
         if !certain && !inside(exact_signs(a, b, c)) {
             return None;
         }

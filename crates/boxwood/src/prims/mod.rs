@@ -48,9 +48,11 @@ pub trait Primitives: Send + Sync + Sized + 'static {
         points.extend(self.bounds(index).corners());
     }
 
-    /// A hint that this primitive may be tested soon.
+    /// Where the primitive lies in memory, to be fetched ahead; null if nowhere in particular. Never read through.
     #[inline(always)]
-    fn prefetch(&self, _index: usize) {}
+    fn address(&self, _index: usize) -> *const u8 {
+        std::ptr::null()
+    }
 
     /// Memory held.
     fn bytes(&self) -> usize;

@@ -45,8 +45,8 @@ impl Primitives for Triangles {
     }
 
     #[inline(always)]
-    fn prefetch(&self, index: usize) {
-        crate::simd::prefetch(&self.0, index);
+    fn address(&self, index: usize) -> *const u8 {
+        crate::simd::address(&self.0, index)
     }
 
     fn bytes(&self) -> usize {

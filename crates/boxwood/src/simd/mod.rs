@@ -2,5 +2,7 @@
 #![allow(unsafe_code, reason = "the one module for it")]
 
 mod prefetch;
+mod stack;
 
-pub(crate) use prefetch::prefetch;
+pub(crate) use prefetch::{address, prefetch};
+pub(crate) use stack::Stack;

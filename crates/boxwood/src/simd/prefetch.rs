@@ -1,15 +1,21 @@
 //! A hint that memory will be read soon.
 
-/// Asks the processor to bring `slice[index]` into its cache. Nothing happens where there is no such element or no such
-/// instruction.
+/// Where `slice[index]` lies, or would lie.
 #[inline(always)]
-pub(crate) fn prefetch<T>(slice: &[T], index: usize) {
+pub(crate) fn address<T>(slice: &[T], index: usize) -> *const u8 {
+    slice.as_ptr().wrapping_add(index).cast()
+}
+
+/// Asks the processor to bring the line at `address` into its cache. Any address is harmless; nothing happens where there
+/// is no such instruction.
+#[inline(always)]
+pub(crate) fn prefetch(address: *const u8) {
     #[cfg(all(target_arch = "x86_64", not(miri)))]
-    if let Some(element) = slice.get(index) {
+    {
         use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
-        // SAFETY: the address is that of a live reference, and a prefetch neither reads nor faults.
-        unsafe { _mm_prefetch::<_MM_HINT_T0>(std::ptr::from_ref(element).cast()) };
+        // SAFETY: a prefetch neither reads nor faults, whatever the address.
+        unsafe { _mm_prefetch::<_MM_HINT_T0>(address.cast()) };
     }
     #[cfg(not(all(target_arch = "x86_64", not(miri))))]
-    let _ = (slice, index);
+    let _ = address;
 }

@@ -7,7 +7,9 @@ use crate::error::BuildError;
 use crate::geom::{Aabb, Interval, PreparedRay};
 use crate::prims::Primitives;
 use crate::query::{NodeInfo, VolumeTest, VolumeVerdict};
+use crate::simd::{Stack, address, prefetch};
 use crate::volume::BoundingVolume;
+use std::hint::select_unpredictable;
 
 /// A binary tree of volumes. A node holds the volumes of both its children, which are tested together.
 ///
@@ -25,23 +27,66 @@ pub struct Bvh2<V: BoundingVolume> {
 #[repr(C, align(64))]
 struct Pair<V: BoundingVolume> {
     volumes: V::Pair,
-    children: [Child; 2],
-}
-
-/// What a volume holds.
-#[derive(Clone, Copy, Debug, Default)]
-struct Child {
     /// Leaf: first slot. Inner node: the pair of its children.
-    first: u32,
+    first: [u32; 2],
     /// Primitives of a leaf; 0: inner node.
-    count: u32,
+    count: [u8; 2],
+    /// Bit `o` is set if a ray of octant `o` comes to the second sibling before the first.
+    second_first: u8,
 }
 
-/// A node whose turn comes later, and where the ray enters it.
-#[derive(Clone, Copy, Default)]
+/// What a volume holds, as in [`Pair`].
+#[derive(Clone, Copy, Debug)]
+struct Child {
+    first: u32,
+    count: u8,
+}
+
+/// A node whose turn comes later, its number, and where the ray enters it.
+#[derive(Clone, Copy)]
 struct Later {
+    child: Child,
     node: u32,
     near: f32,
+}
+
+impl<V: BoundingVolume> Pair<V> {
+    fn new(volumes: [&V; 2], children: [Child; 2]) -> Self {
+        let [a, b] = volumes.map(|volume| volume.bounds().center());
+        let comes_first = |octant: &u32| {
+            let along = |k: usize| {
+                if octant >> k & 1 == 0 {
+                    b[k] - a[k]
+                } else {
+                    a[k] - b[k]
+                }
+            };
+            along(0) + along(1) + along(2) < 0.0
+        };
+        Self {
+            volumes: V::pair(volumes[0], volumes[1]),
+            first: children.map(|child| child.first),
+            count: children.map(|child| child.count),
+            second_first: (0..8)
+                .filter(comes_first)
+                .fold(0, |set, octant| set | 1 << octant),
+        }
+    }
+
+    #[inline(always)]
+    fn child(&self, which: usize) -> Child {
+        Child {
+            first: self.first[which],
+            count: self.count[which],
+        }
+    }
+}
+
+/// Bit `k` is set if the ray runs against axis `k`.
+#[inline(always)]
+fn octant(ray: &PreparedRay) -> u32 {
+    let against = |k: usize| u32::from(ray.recip[k] < 0.0) << k;
+    against(0) | against(1) | against(2)
 }
 
 impl<V: BoundingVolume> Accel for Bvh2<V> {
@@ -55,10 +100,7 @@ impl<V: BoundingVolume> Accel for Bvh2<V> {
         let child = |node: usize| child(&topology, node);
         let pairs = (1..topology.nodes.len())
             .step_by(2)
-            .map(|i| Pair {
-                volumes: V::pair(&volumes[i], &volumes[i + 1]),
-                children: [child(i), child(i + 1)],
-            })
+            .map(|i| Pair::new([&volumes[i], &volumes[i + 1]], [child(i), child(i + 1)]))
             .collect();
         let root = volumes.first().map(|volume| (*volume, child(0)));
         Ok(Self {
@@ -82,65 +124,62 @@ impl<V: BoundingVolume> Accel for Bvh2<V> {
         if !enters::<V, T>(0, volume.interval(&volume_ray), ray, visit) {
             return;
         }
-        let mut stack = [Later::default(); MAX_DEPTH];
-        let mut top = 0;
+        let octant = octant(ray);
+        let mut memory = Stack::memory::<{ MAX_DEPTH + 1 }>();
+        let mut stack = Stack::new(&mut memory);
         let mut child = *root;
         loop {
             if child.count > 0 {
-                if visit
-                    .leaf(child.first..child.first + child.count)
-                    .is_break()
-                {
+                let slots = child.first..child.first + u32::from(child.count);
+                if visit.leaf(slots).is_break() {
                     return;
                 }
             } else {
                 let pair = &self.pairs[child.first as usize];
                 let node = 2 * child.first + 1;
-                for child in pair.children {
-                    if child.count == 0 {
-                        crate::simd::prefetch(&self.pairs, child.first as usize);
-                    } else {
-                        visit.soon(child.first);
-                    }
-                }
+                self.fetch_ahead(pair.child(0), visit);
+                self.fetch_ahead(pair.child(1), visit);
                 let [a, b] = V::pair_intervals(&pair.volumes, &volume_ray);
                 let hits = (
                     enters::<V, T>(node, a, ray, visit),
                     enters::<V, T>(node + 1, b, ray, visit),
                 );
+                let later = |which: usize| Later {
+                    child: pair.child(which),
+                    node: node + which as u32,
+                    near: [a.near, b.near][which],
+                };
                 // Branches, not selections: the processor goes on along the guessed way while the test ends. Selecting
                 // makes each step wait for the one before (15 % slower, see bench/LOG.md).
                 let next = match hits {
+                    (true, both) if !T::IN_ORDER => {
+                        stack.push_if(both, later(1));
+                        Some(0)
+                    }
+                    (true, true) if pair.second_first >> octant & 1 == 1 => {
+                        stack.push(later(0));
+                        Some(1)
+                    }
                     (true, true) => {
-                        let second_first = T::IN_ORDER && b.near < a.near;
-                        let (later, near) = if second_first {
-                            (node, a.near)
-                        } else {
-                            (node + 1, b.near)
-                        };
-                        stack[top] = Later { node: later, near };
-                        top += 1;
-                        Some(usize::from(second_first))
+                        stack.push(later(1));
+                        Some(0)
                     }
                     (true, false) => Some(0),
                     (false, true) => Some(1),
                     (false, false) => None,
                 };
                 if let Some(next) = next {
-                    child = pair.children[next];
+                    child = pair.child(next);
                     continue;
                 }
             }
             // The next one whose turn is not over.
             child = loop {
-                if top == 0 {
+                let Some(Later { child, node, near }) = stack.pop() else {
                     return;
-                }
-                top -= 1;
-                let Later { node, near } = stack[top];
+                };
                 if near <= visit.t_max() {
-                    let place = node as usize - 1;
-                    break self.pairs[place / 2].children[place % 2];
+                    break child;
                 }
                 let (far, verdict) = (f32::INFINITY, VolumeVerdict::Dropped);
                 visit.volume(VolumeTest {
@@ -161,7 +200,7 @@ impl<V: BoundingVolume> Accel for Bvh2<V> {
         };
         let mut stack = vec![(0, 0, volume.bounds(), *root)];
         while let Some((node, depth, bounds, child)) = stack.pop() {
-            let prims = (child.count > 0).then_some(child.count);
+            let prims = (child.count > 0).then_some(u32::from(child.count));
             visit(NodeInfo {
                 node,
                 depth,
@@ -172,14 +211,27 @@ impl<V: BoundingVolume> Accel for Bvh2<V> {
                 let pair = &self.pairs[child.first as usize];
                 let [a, b] = V::of_pair(&pair.volumes).map(|v| v.bounds());
                 let number = 2 * child.first + 1;
-                stack.push((number + 1, depth + 1, b, pair.children[1]));
-                stack.push((number, depth + 1, a, pair.children[0]));
+                stack.push((number + 1, depth + 1, b, pair.child(1)));
+                stack.push((number, depth + 1, a, pair.child(0)));
             }
         }
     }
 
     fn bytes(&self) -> usize {
         size_of_val(self.pairs.as_slice()) + size_of_val(self.order.as_slice())
+    }
+}
+
+impl<V: BoundingVolume> Bvh2<V> {
+    /// Asks for the memory of a node before it is known to be entered. A selection, not a branch: whether it is a leaf
+    /// cannot be guessed.
+    #[inline(always)]
+    fn fetch_ahead(&self, child: Child, visit: &impl Visit) {
+        prefetch(select_unpredictable(
+            child.count == 0,
+            address(&self.pairs, child.first as usize),
+            visit.address(child.first),
+        ));
     }
 }
 
@@ -193,7 +245,8 @@ fn child(topology: &Topology, node: usize) -> Child {
     };
     Child {
         first,
-        count: node.count,
+        // At most `max_leaf`, which is below 256.
+        count: node.count as u8,
     }
 }
 

@@ -13,8 +13,8 @@ pub trait Visit {
     /// Nothing beyond this matters any more.
     fn t_max(&self) -> f32;
 
-    /// The primitive in this slot may be asked for soon.
-    fn soon(&mut self, slot: u32);
+    /// Where the primitive in this slot lies in memory, to be fetched ahead.
+    fn address(&self, slot: u32) -> *const u8;
 
     /// The ray may hit the primitives in these slots. `Break` ends the traversal.
     fn leaf(&mut self, slots: impl Iterator<Item = u32>) -> ControlFlow<()>;
@@ -106,8 +106,8 @@ impl<'a, P: Primitives, O: Observer> ClosestHit<'a, P, O> {
 
 impl<P: Primitives, O: Observer> Visit for ClosestHit<'_, P, O> {
     #[inline(always)]
-    fn soon(&mut self, slot: u32) {
-        self.asked.prims.prefetch(slot as usize);
+    fn address(&self, slot: u32) -> *const u8 {
+        self.asked.prims.address(slot as usize)
     }
 
     #[inline]
@@ -152,8 +152,8 @@ pub struct Occluded<'a, P, O> {
 
 impl<P: Primitives, O: Observer> Visit for Occluded<'_, P, O> {
     #[inline(always)]
-    fn soon(&mut self, slot: u32) {
-        self.asked.prims.prefetch(slot as usize);
+    fn address(&self, slot: u32) -> *const u8 {
+        self.asked.prims.address(slot as usize)
     }
 
     const IN_ORDER: bool = false;
@@ -205,8 +205,8 @@ impl<P: Primitives, O: Observer> AllHits<'_, P, O> {
 
 impl<P: Primitives, O: Observer> Visit for AllHits<'_, P, O> {
     #[inline(always)]
-    fn soon(&mut self, slot: u32) {
-        self.asked.prims.prefetch(slot as usize);
+    fn address(&self, slot: u32) -> *const u8 {
+        self.asked.prims.address(slot as usize)
     }
 
     const IN_ORDER: bool = false;
