@@ -29,6 +29,6 @@ impl Split for Midpoint {
         let centers = set.bounds().1;
         let axis = set.axis(self.axis, &centers);
         let middle = centers.center()[axis];
-        Some(set.partition(|r| r.center2(axis) < middle))
+        Some(set.partition(|r| r.center2_along(axis) < middle))
     }
 }

@@ -58,8 +58,8 @@ impl Split for Sweep {
 /// By centre; equal centres by number, so that the tree does not depend on the order before.
 fn sort(refs: &mut [Reference], axis: usize) {
     refs.sort_unstable_by(|a, b| {
-        a.center2(axis)
-            .total_cmp(&b.center2(axis))
+        a.center2_along(axis)
+            .total_cmp(&b.center2_along(axis))
             .then(a.prim.cmp(&b.prim))
     });
 }

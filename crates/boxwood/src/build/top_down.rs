@@ -2,6 +2,7 @@
 
 use super::{AxisRule, BuildOptions, Topology, TopologyNode};
 use crate::geom::Aabb;
+use glam::Vec3A;
 
 /// No node is deeper. After [`PATIENCE`] levels a builder's own rule gives way to halving, which ends in 32 more.
 pub(crate) const MAX_DEPTH: usize = PATIENCE + 33;
@@ -17,7 +18,13 @@ pub(crate) struct Reference {
 impl Reference {
     /// Twice the centre of the box.
     #[inline]
-    pub(crate) fn center2(&self, axis: usize) -> f32 {
+    pub(crate) fn center2(&self) -> Vec3A {
+        Vec3A::from(self.bounds.min) + Vec3A::from(self.bounds.max)
+    }
+
+    /// Twice the centre of the box along one axis.
+    #[inline]
+    pub(crate) fn center2_along(&self, axis: usize) -> f32 {
         self.bounds.min[axis] + self.bounds.max[axis]
     }
 }
@@ -31,13 +38,19 @@ pub(crate) struct Set<'a> {
 impl Set<'_> {
     /// The box around everything, and the box around the doubled centres.
     pub(crate) fn bounds(&self) -> (Aabb, Aabb) {
-        let (mut all, mut centers) = (Aabb::EMPTY, Aabb::EMPTY);
+        let empty = (Vec3A::INFINITY, Vec3A::NEG_INFINITY);
+        let (mut all, mut centers) = (empty, empty);
         for r in self.refs.iter() {
-            all = all.union(&r.bounds);
-            let c = std::array::from_fn(|k| r.center2(k));
-            centers = centers.union(&Aabb { min: c, max: c });
+            let (min, max) = (Vec3A::from(r.bounds.min), Vec3A::from(r.bounds.max));
+            all = (all.0.min(min), all.1.max(max));
+            centers = (centers.0.min(min + max), centers.1.max(min + max));
         }
-        (all, centers)
+        [all, centers]
+            .map(|(min, max)| Aabb {
+                min: min.to_array(),
+                max: max.to_array(),
+            })
+            .into()
     }
 
     /// Brings the half with the smaller centres to the front and returns its length. Equal centres are told apart by
@@ -45,8 +58,8 @@ impl Set<'_> {
     pub(crate) fn halve(&mut self, axis: usize) -> usize {
         let middle = self.refs.len() / 2;
         self.refs.select_nth_unstable_by(middle, |a, b| {
-            a.center2(axis)
-                .total_cmp(&b.center2(axis))
+            a.center2_along(axis)
+                .total_cmp(&b.center2_along(axis))
                 .then(a.prim.cmp(&b.prim))
         });
         middle

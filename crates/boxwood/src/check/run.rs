@@ -59,7 +59,7 @@ impl<'a, 'p> Check<'a, 'p> {
             },
             steps: Steps {
                 done: 0,
-                total: options.rays * (variants.len() as u64 + 1),
+                total: options.rays.saturating_mul(variants.len() as u64 + 1),
             },
             geometry,
             variants,

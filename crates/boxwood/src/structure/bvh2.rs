@@ -1,5 +1,7 @@
 //! The bounding volume hierarchy as a flat binary tree, over any bounding volume.
 
+pub mod by_hand;
+
 use super::dress::dress;
 use super::{Accel, Visit};
 use crate::build::{BuildOptions, MAX_DEPTH, Topology};

@@ -32,6 +32,11 @@ impl<A: Accel, P: Primitives> Indexed<A, P> {
         &self.accel
     }
 
+    /// The primitives, in the structure's order.
+    pub fn prims(&self) -> &P {
+        &self.prims
+    }
+
     #[inline]
     fn ask<'a, O>(&'a self, ray: &'a PreparedRay, observer: &'a mut O) -> Asked<'a, P, O> {
         Asked {

@@ -15,6 +15,8 @@ mod visit;
 
 pub use bounded::{BoundedObject, BoundedTree, Object, PrimitiveObject};
 pub use bvh2::Bvh2;
+#[doc(hidden)]
+pub use bvh2::by_hand;
 pub use grid::Grid;
 pub use indexed::{Indexed, Trace};
 pub use list::List;
