@@ -3,23 +3,32 @@
 use std::{
     io::Read,
     path::Path,
+    str::FromStr,
     time::{Duration, Instant},
 };
 
 use boxwood::{
     AxisRule, BUILDERS, BuildOptions, Builder, STRUCTURES, Scene, Structure, VOLUMES, Volume,
+    geom::MAX_COORDINATE,
 };
 use boxwood_render::{MAX_SIDE, Surfaces, View, auto_camera};
-use boxwood_scene::{Camera, FlatMesh, Limits, LoadError, Model};
+use boxwood_scene::{Camera, FlatMesh, Limits, LoadError, MAX_TRIANGLES, Model};
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 
-use crate::output::{Output, Trouble};
+use crate::{
+    memory,
+    output::{Output, Trouble, counted, grouped},
+};
 
 /// Sets the size of the pool that everything runs in.
 pub(crate) fn use_threads(threads: u16) -> anyhow::Result<()> {
-    rayon::ThreadPoolBuilder::new()
-        .num_threads(threads.into())
-        .build_global()?;
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.into());
+    pool.build_global().map_err(|_| {
+        Trouble::usage(
+            format!("the system does not grant {threads} threads"),
+            "ask for fewer with --threads",
+        )
+    })?;
     Ok(())
 }
 
@@ -27,7 +36,7 @@ pub(crate) fn use_threads(threads: u16) -> anyhow::Result<()> {
 #[derive(Clone, Debug, clap::Args)]
 pub(crate) struct SceneArgs {
     /// Scene: a file (`boxwood list` has the formats), builtin:NAME as in builtin:soup?n=1000, or - for standard input.
-    #[arg(value_name = "FILE")]
+    #[arg(value_name = "FILE", value_parser = file_name)]
     pub(crate) file: String,
 }
 
@@ -51,6 +60,14 @@ impl SceneArgs {
         for warning in &loaded.model.warnings {
             out.warn(warning);
         }
+        let unhittable = loaded.unhittable();
+        if unhittable > 0 {
+            out.warn(format!(
+                "{} of {} lie beyond 2^100 or are not finite, and can never be hit",
+                grouped(unhittable as u64),
+                counted(loaded.mesh.indices.len(), "triangle")
+            ));
+        }
         Ok(loaded)
     }
 
@@ -58,6 +75,7 @@ impl SceneArgs {
     pub(crate) fn load_quietly(&self) -> anyhow::Result<Loaded> {
         let start = Instant::now();
         let model = self.model()?;
+        memory::check(&self.file, model.triangle_count())?;
         // An error there is about the scene; it is the user's file that it is in.
         let mesh = model.flatten().map_err(|error| LoadError {
             file: self.file.clone(),
@@ -75,13 +93,38 @@ impl SceneArgs {
     pub(crate) fn model(&self) -> anyhow::Result<Model> {
         let model = match &*self.file {
             "-" => boxwood_scene::load_bytes("<stdin>", None, &read_stdin()?, Limits::default()),
-            name => boxwood_scene::open(name),
+            name => {
+                if let Some(triangles) = asked_for(name) {
+                    memory::check(name, triangles)?;
+                }
+                boxwood_scene::open(name)
+            }
         };
         Ok(model?)
     }
 }
 
+/// What `builtin:NAME?n=...` asks for, if it can be had.
+fn asked_for(name: &str) -> Option<u64> {
+    let (_, query) = name.strip_prefix("builtin:")?.split_once('?')?;
+    let number = query.split('&').find_map(|part| part.strip_prefix("n="))?;
+    let number = number.replace('_', "").parse().ok();
+    number.filter(|n| *n <= MAX_TRIANGLES)
+}
+
 impl Loaded {
+    /// Triangles that no ray can hit, because exact arithmetic does not reach so far.
+    fn unhittable(&self) -> usize {
+        let reaches = |i: u32| {
+            let corner = self.mesh.positions[i as usize];
+            corner.iter().all(|x| x.abs() <= MAX_COORDINATE)
+        };
+        let triangles = self.mesh.indices.iter();
+        triangles
+            .filter(|corners| !corners.iter().all(|i| reaches(*i)))
+            .count()
+    }
+
     /// The looks of the triangles.
     pub(crate) fn surfaces(&self) -> Surfaces<'_> {
         Surfaces::new(&self.mesh, &self.model)
@@ -148,13 +191,13 @@ pub(crate) struct StructureArgs {
     #[arg(long, value_name = "RULE", value_parser = axes())]
     pub(crate) axis: Option<AxisRule>,
     /// Most primitives in a leaf, 1 to 255. [default: 4]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=255))]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(1..=255))]
     pub(crate) max_leaf: Option<u32>,
-    /// Bins per axis of the `binned` builder, 2 to 64. [default: 16]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=64))]
+    /// Bins per axis of the `binned` builder, 2 to 64. [default: 32]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(2..=64))]
     pub(crate) bins: Option<u32>,
     /// Grid cells per primitive, 0.01 to 64. [default: 4]
-    #[arg(long, value_name = "X", value_parser = density)]
+    #[arg(long, value_name = "X", allow_negative_numbers = true, value_parser = density)]
     pub(crate) density: Option<f32>,
 }
 
@@ -240,13 +283,13 @@ pub(crate) struct CameraArgs {
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = triple)]
     pub(crate) vu: Option<[f32; 3]>,
     /// Vertical field of view in degrees.
-    #[arg(long, value_name = "DEGREES")]
+    #[arg(long, value_name = "DEGREES", allow_negative_numbers = true)]
     pub(crate) fov: Option<f32>,
     /// A camera of the scene by its number, from 0, or `auto`. [default: 0 if there is one]
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
     pub(crate) camera: Option<CameraChoice>,
     /// Size of the picture in pixels.
-    #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = size)]
+    #[arg(long, value_name = "WxH", allow_hyphen_values = true, default_value = "1280x720", value_parser = size)]
     pub(crate) size: [u32; 2],
 }
 
@@ -259,7 +302,7 @@ pub(crate) enum CameraChoice {
     Number(usize),
 }
 
-impl std::str::FromStr for CameraChoice {
+impl FromStr for CameraChoice {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
@@ -277,21 +320,24 @@ impl CameraArgs {
     /// The view: what was typed, over the scene's camera, over one that is found.
     pub(crate) fn view(&self, scene: &Scene, loaded: &Loaded) -> anyhow::Result<View> {
         let [width, height] = self.size;
-        let auto = || auto_camera(scene, loaded.surfaces(), width, height);
+        let auto = || self.auto(scene, loaded);
         let cameras = &loaded.model.cameras;
         let base = match self.camera {
-            Some(CameraChoice::Auto) => auto(),
+            Some(CameraChoice::Auto) => auto()?,
             Some(CameraChoice::Number(number)) => *cameras.get(number).ok_or_else(|| {
                 let help = format!(
-                    "it has {} cameras, counted from 0; --camera auto finds one",
-                    cameras.len()
+                    "it has {}, counted from 0; --camera auto finds one",
+                    counted(cameras.len(), "camera")
                 );
                 Trouble::usage(
                     format!("{}: there is no camera {number}", loaded.name),
                     help,
                 )
             })?,
-            None => cameras.first().copied().unwrap_or_else(auto),
+            None => match cameras.first() {
+                Some(camera) => *camera,
+                None => auto()?,
+            },
         };
         let camera = Camera {
             eye: self.vp.unwrap_or(base.eye),
@@ -300,6 +346,17 @@ impl CameraArgs {
             fov: self.fov.unwrap_or(base.fov),
         };
         Ok(View::new(camera, width, height)?)
+    }
+
+    /// A camera that is found, which must do unless all that matters was typed.
+    fn auto(&self, scene: &Scene, loaded: &Loaded) -> anyhow::Result<Camera> {
+        let [width, height] = self.size;
+        let camera = auto_camera(scene, loaded.surfaces(), width, height);
+        if View::new(camera, width, height).is_err() && (self.vp.is_none() || self.vi.is_none()) {
+            let cause = format!("{}: no camera can be found for this scene", loaded.name);
+            return Err(Trouble::input(cause, "give --vp and --vi").into());
+        }
+        Ok(camera)
     }
 }
 
@@ -313,6 +370,20 @@ pub(crate) fn camera_flags(camera: &Camera) -> String {
         list(camera.up),
         camera.fov
     )
+}
+
+/// Not empty.
+pub(crate) fn file_name(text: &str) -> Result<String, String> {
+    match text {
+        "" => Err("the name is empty".to_owned()),
+        name => Ok(name.to_owned()),
+    }
+}
+
+/// A whole number that is not negative.
+pub(crate) fn whole<T: FromStr>(text: &str) -> Result<T, String> {
+    text.parse()
+        .map_err(|_| "a whole number, 0 or more".to_owned())
 }
 
 /// `N` numbers with commas between them.

@@ -8,6 +8,7 @@ mod args;
 mod commands;
 mod contest;
 mod measure;
+mod memory;
 mod narrator;
 mod output;
 mod progress;
@@ -35,14 +36,15 @@ pub(crate) struct Cli {
     #[arg(long, global = true, help_heading = "Everywhere")]
     json: bool,
     /// How many threads to use. [default: one per core]
-    #[arg(long, global = true, value_name = "N", help_heading = "Everywhere", value_parser = clap::value_parser!(u16).range(1..))]
+    #[arg(long, global = true, value_name = "N", allow_negative_numbers = true, help_heading = "Everywhere", value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
 }
 
 const AFTER_HELP: &str = "\
 Wherever a FILE is taken, `builtin:NAME` is one of the built-in scenes (`boxwood list`) and `-` is standard input.
 
-Exit codes: 0 all well, 1 a difference was found, 2 wrong usage, 3 an input was refused, 4 interrupted with a part saved.
+Exit codes: 0 all well, 1 a difference was found, 2 wrong usage or output that cannot be written, 3 an input was refused,
+4 interrupted with a part saved.
 
 Examples:
   boxwood                                       the demonstration

@@ -9,11 +9,14 @@ use std::{
     io::{self, IsTerminal, Write},
 };
 
+use anyhow::Context;
 use boxwood::BuildError;
 use boxwood_render::RenderError;
 use boxwood_scene::LoadError;
 use serde::Serialize;
 
+/// In errors about it.
+pub(crate) const STDOUT: &str = "standard output";
 /// Version of the JSON objects.
 const SCHEMA: u32 = 1;
 
@@ -165,17 +168,18 @@ impl Output {
     /// Prints text and a line end on stdout, at once.
     pub(crate) fn text(&self, text: impl fmt::Display) -> anyhow::Result<()> {
         let mut stdout = io::stdout().lock();
-        writeln!(stdout, "{text}")?;
-        stdout.flush()?;
-        Ok(())
+        writeln!(stdout, "{text}")
+            .and_then(|()| stdout.flush())
+            .context(STDOUT)
     }
 
     /// Prints bytes on stdout.
     pub(crate) fn bytes(&self, bytes: &[u8]) -> anyhow::Result<()> {
         let mut stdout = io::stdout().lock();
-        stdout.write_all(bytes)?;
-        stdout.flush()?;
-        Ok(())
+        stdout
+            .write_all(bytes)
+            .and_then(|()| stdout.flush())
+            .context(STDOUT)
     }
 
     /// A line on stderr for people who look on; nothing where stderr is no terminal.
@@ -273,6 +277,12 @@ pub(crate) fn grouped(number: u64) -> String {
         .filter_map(|group| str::from_utf8(group).ok())
         .collect();
     groups.join(",")
+}
+
+/// `1 triangle`, `40,000 triangles`; `noun` in the singular.
+pub(crate) fn counted(number: usize, noun: &str) -> String {
+    let plural = if number == 1 { "" } else { "s" };
+    format!("{} {noun}{plural}", grouped(number as u64))
 }
 
 /// Three digits that count: `0`, `0.0123`, `4.56`, `78.9`, `1,235`.

@@ -3,8 +3,9 @@
 use std::{
     fmt,
     io::{self, IsTerminal},
+    path::{Path, PathBuf},
     sync::{
-        Once,
+        Mutex, MutexGuard, Once, PoisonError,
         atomic::{AtomicBool, Ordering},
     },
     time::Duration,
@@ -60,21 +61,70 @@ impl Drop for Progress {
     }
 }
 
+/// The user, or the system, wants the process to end.
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
+/// The command looks at [`INTERRUPTED`] and ends by itself.
+static ENDS_ITSELF: AtomicBool = AtomicBool::new(false);
+/// The file that is being written, which must not outlive the process.
+static UNFINISHED: Mutex<Option<PathBuf>> = Mutex::new(None);
 
-/// Becomes true when the user presses Ctrl-C (or the system asks the process to end). From the first call on Ctrl-C no
-/// longer ends the process; a second Ctrl-C does.
+/// Becomes true when the user presses Ctrl-C, or the system asks the process to end (SIGTERM, SIGHUP). From the first call
+/// on that no longer ends the process; the second time does.
 pub(crate) fn interrupted() -> &'static AtomicBool {
+    ENDS_ITSELF.store(true, Ordering::SeqCst);
+    handle();
+    &INTERRUPTED
+}
+
+/// Runs `save` such that a process that is ended meanwhile takes the unfinished file along, whose path `save` tells to the
+/// function that it is given once the file is there.
+pub(crate) fn unfinished<T>(save: impl FnOnce(&mut dyn FnMut(&Path)) -> T) -> T {
+    handle();
+    // Held until the path is known: the process does not end in between.
+    let mut slot = Some(lock());
+    let result = save(&mut |path| {
+        if let Some(mut slot) = slot.take() {
+            *slot = Some(path.to_owned());
+        }
+    });
+    drop(slot);
+    *lock() = None;
+    result
+}
+
+fn lock() -> MutexGuard<'static, Option<PathBuf>> {
+    UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Once. Without a handler signals end the process, as ever.
+fn handle() {
     static ONCE: Once = Once::new();
     ONCE.call_once(|| {
         let handler = || {
-            if INTERRUPTED.swap(true, Ordering::SeqCst) {
+            let again = INTERRUPTED.swap(true, Ordering::SeqCst);
+            if again || !ENDS_ITSELF.load(Ordering::SeqCst) {
+                let unfinished = lock();
+                if let Some(path) = &*unfinished {
+                    let _ = std::fs::remove_file(path);
+                }
                 // The shell's number for a process that ended by Ctrl-C.
                 std::process::exit(130);
             }
         };
-        // Without a handler Ctrl-C ends the process, as ever.
-        let _ = ctrlc::set_handler(handler);
+        // A handler would end what `nohup` is to keep alive.
+        if !hangup_is_ignored() {
+            let _ = ctrlc::set_handler(handler);
+        }
     });
-    &INTERRUPTED
+}
+
+/// Known on Linux only.
+fn hangup_is_ignored() -> bool {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let ignored = status
+        .lines()
+        .find_map(|line| line.strip_prefix("SigIgn:"))
+        .and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok());
+    // Signal 1 is the lowest bit.
+    ignored.is_some_and(|mask| mask & 1 == 1)
 }

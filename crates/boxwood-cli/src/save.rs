@@ -6,12 +6,16 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use boxwood_render::{RenderError, save_atomically};
+use anyhow::Context;
+use boxwood_render::{RenderError, save_atomically_telling};
 
-use crate::output::{Output, Trouble};
+use crate::{
+    output::{Output, STDOUT, Trouble},
+    progress::unfinished,
+};
 
 /// Checks before the work what can be known before: the extension (one of `extensions`), the folder, and that stdout is
-/// not to be a file and a JSON object at once. Nothing to write is fine.
+/// not to be a file and a JSON object at once; that a file to be replaced is not protected. Nothing to write is fine.
 pub(crate) fn check(name: Option<&str>, out: &Output, extensions: &[&str]) -> anyhow::Result<()> {
     let Some(name) = name else { return Ok(()) };
     if name == "-" {
@@ -24,7 +28,10 @@ pub(crate) fn check(name: Option<&str>, out: &Output, extensions: &[&str]) -> an
             false => Ok(()),
         };
     }
-    let path = Path::new(name);
+    if name.is_empty() {
+        return Err(Trouble::usage("the name of the output is empty", "name a file").into());
+    }
+    let path = &*target(name)?;
     if !extensions.contains(&&*extension(name)) {
         let known: Vec<String> = extensions
             .iter()
@@ -44,7 +51,33 @@ pub(crate) fn check(name: Option<&str>, out: &Output, extensions: &[&str]) -> an
         let cause = format!("{name}: there is no folder {}", folder.display());
         return Err(Trouble::usage(cause, "create it or choose another").into());
     }
+    if path
+        .metadata()
+        .is_ok_and(|found| found.is_file() && found.permissions().readonly())
+    {
+        let cause = format!("{name}: is there, and is read-only");
+        return Err(Trouble::usage(cause, "make it writable or choose another name").into());
+    }
     Ok(())
+}
+
+/// The file that `name` leads to by links, which may be yet to come: a link stays a link.
+fn target(name: &str) -> anyhow::Result<PathBuf> {
+    /// As many as Linux follows.
+    const MOST_LINKS: usize = 40;
+    let mut path = PathBuf::from(name);
+    for _ in 0..MOST_LINKS {
+        let Ok(next) = fs::read_link(&path) else {
+            return Ok(path);
+        };
+        // A relative link begins in its own folder.
+        path = path.parent().unwrap_or(Path::new("")).join(next);
+    }
+    Err(Trouble::usage(
+        format!("{name}: is a link that leads to itself"),
+        "remove it or choose another name",
+    )
+    .into())
 }
 
 /// In lower case, without the dot; empty if there is none.
@@ -62,13 +95,17 @@ pub(crate) fn save(
     write: impl FnOnce(&mut dyn Write) -> Result<(), RenderError>,
 ) -> anyhow::Result<()> {
     if name == "-" {
-        return stream(io::stdout().lock(), write);
+        return stream(io::stdout().lock(), write).context(STDOUT);
     }
-    // A link stays a link: the file behind it is replaced.
-    let path = fs::canonicalize(name).unwrap_or_else(|_| PathBuf::from(name));
+    let path = target(name)?;
     match fs::metadata(&path) {
-        Ok(found) if !found.is_file() && !found.is_dir() => stream(fs::File::create(&path)?, write),
-        _ => Ok(save_atomically(&path, write)?),
+        Ok(found) if !found.is_file() && !found.is_dir() => {
+            let cannot = || format!("{name}: cannot be written");
+            stream(fs::File::create(&path).with_context(cannot)?, write).with_context(cannot)
+        }
+        _ => Ok(unfinished(|begun| {
+            save_atomically_telling(&path, begun, write)
+        })?),
     }
 }
 
@@ -129,5 +166,35 @@ mod tests {
         save(&at("link").display().to_string(), hello).unwrap();
         assert_eq!(fs::read(at("real")).unwrap(), b"hello");
         assert!(fs::symlink_metadata(at("link")).unwrap().is_symlink());
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_link_to_what_is_not_yet_there_is_followed_and_a_loop_is_refused() {
+        use std::os::unix::fs::symlink;
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        fs::create_dir(at("sub")).unwrap();
+        symlink("sub/b.png", at("a.png")).unwrap();
+        symlink("c.png", at("sub/b.png")).unwrap();
+        save(&at("a.png").display().to_string(), hello).unwrap();
+        assert_eq!(fs::read(at("sub/c.png")).unwrap(), b"hello");
+        assert!(at("a.png").is_symlink() && at("sub/b.png").is_symlink());
+        symlink("loop.png", at("loop.png")).unwrap();
+        let error = save(&at("loop.png").display().to_string(), hello).unwrap_err();
+        assert!(error.to_string().contains("leads to itself"), "{error}");
+    }
+
+    #[test]
+    fn a_protected_file_is_refused_before_the_work() {
+        let folder = tempfile::tempdir().unwrap();
+        let name = folder.path().join("a.png");
+        fs::write(&name, "dear").unwrap();
+        let mut permissions = name.metadata().unwrap().permissions();
+        permissions.set_readonly(true);
+        fs::set_permissions(&name, permissions).unwrap();
+        let text = Output::new("render", false);
+        let error = check(Some(&name.display().to_string()), &text, &["png"]).unwrap_err();
+        assert!(error.to_string().contains("read-only"), "{error}");
     }
 }

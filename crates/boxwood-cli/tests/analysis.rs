@@ -78,7 +78,7 @@ fn cost_says_what_the_slides_said_and_what_is_executed() {
         "x 40,000 triangles x 27 flop = 995,328,000,000 flop per frame",
         "100 GFLOPS",
         "200 GFLOPS",
-        "29 / 44 / 50",
+        "29 / 45 / 51",
     ] {
         assert!(text.contains(part), "no {part:?} in\n{text}");
     }

@@ -183,6 +183,91 @@ fn refused_inputs_end_with_3_and_name_file_line_and_cause() {
 }
 
 #[test]
+fn negative_numbers_are_told_their_range() {
+    let folder = folder();
+    let render = ["render", "builtin:cornell", SMALL];
+    let cases: [(&[&str], &str); 9] = [
+        (&["--fov", "-5"], "more than 0"),
+        (&["--sky", "-1"], "0 or more"),
+        (&["--top", "-3"], "0 or more"),
+        (&["--density", "-1"], "0.01 to 64"),
+        (&["--spp", "-1"], "not in 1"),
+        (&["--crop", "-1,0,5,5"], "as in 320"),
+        (&["--seed", "-1"], "0 or more"),
+        (&["--threads", "-1"], "not in 1..=1024"),
+        (&["--threads", "1025"], "not in 1..=1024"),
+    ];
+    let others: [(&[&str], &str); 4] = [
+        (&["check", "builtin:cornell", "--rays", "-1"], "not in 1"),
+        (
+            &["explain", "builtin:cornell", "--pixel", "-1,5"],
+            "640,360",
+        ),
+        (&["diff", "a", "b", "--threshold", "-1"], "0 to 1"),
+        (&["cost", "--triangles", "-5"], "0 or more"),
+    ];
+    let with_render = cases.map(|(args, words)| ([&render[..], args].concat(), words));
+    let others = others.map(|(args, words)| (args.to_vec(), words));
+    for (args, words) in with_render.into_iter().chain(others) {
+        let error = text(&expect(folder.path(), &args, 2).stderr);
+        assert!(error.contains(words), "{args:?}: {error}");
+    }
+}
+
+#[test]
+fn scenes_at_the_end_of_the_numbers_are_shown_or_refused_in_plain_words() {
+    let folder = folder();
+    let at = folder.path();
+    fs::write(at.join("point.obj"), "v 1 1 1\nf 1 1 1\n").unwrap();
+    expect(at, &["render", "point.obj", SMALL], 0);
+    fs::write(
+        at.join("huge.obj"),
+        "v -1e30 0 0\nv 1e30 0 0\nv 0 1e30 1e30\nf 1 2 3\n",
+    )
+    .unwrap();
+    expect(at, &["render", "huge.obj", SMALL], 0);
+    fs::write(
+        at.join("far.obj"),
+        "v 0 0 0\nv 1 0 0\nv 0 1 1e37\nv 0 1 0\nf 1 2 3\nf 1 2 4\n",
+    )
+    .unwrap();
+    let said = text(&expect(at, &["render", "far.obj", SMALL], 0).stderr);
+    assert!(
+        said.contains("warning: 1 of 2 triangles lie beyond 2^100"),
+        "{said}"
+    );
+    let eye = ["render", "builtin:cornell", SMALL, "--vp", "0,0,1e35"];
+    let said = text(&expect(at, &eye, 2).stderr);
+    assert!(said.contains("beyond 2^100"), "{said}");
+    let said = text(&expect(at, &["inspect", ""], 2).stderr);
+    assert!(said.contains("the name is empty"), "{said}");
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn memory_that_is_not_there_is_refused_in_plain_words() {
+    let folder = folder();
+    let limited = |args: &str| {
+        let line = format!(
+            "ulimit -v 4000000; exec {} {args}",
+            env!("CARGO_BIN_EXE_boxwood")
+        );
+        let mut shell = std::process::Command::new("sh");
+        shell.current_dir(folder.path()).args(["-c", &line]);
+        shell.output().expect("there is a shell")
+    };
+    let scene = limited("inspect 'builtin:soup?n=20000000'");
+    assert_eq!(scene.status.code(), Some(3), "{}", text(&scene.stderr));
+    assert!(text(&scene.stderr).contains("GiB are available"));
+    let film = limited("render builtin:cornell --size 16384x16384 --threads 2");
+    assert_eq!(film.status.code(), Some(2), "{}", text(&film.stderr));
+    assert!(text(&film.stderr).contains("help: use --crop or a smaller --size"));
+    let stdout = limited("list > /dev/full");
+    assert_eq!(stdout.status.code(), Some(2));
+    assert!(text(&stdout.stderr).starts_with("error: standard output: "));
+}
+
+#[test]
 fn simplify_reaches_the_number_and_says_so() {
     let folder = folder();
     let args = [

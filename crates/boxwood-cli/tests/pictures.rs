@@ -360,3 +360,31 @@ fn ctrl_c_saves_what_is_done_and_ends_with_4() {
         );
     }
 }
+
+#[cfg(unix)]
+#[test]
+fn a_process_that_is_ended_while_it_writes_leaves_no_part_of_a_file() {
+    let folder = folder();
+    let mut child = command(folder.path())
+        .args(["simplify", "builtin:soup?n=400000"])
+        .args(["--triangles", "400000", "-o", "a.obj"])
+        .stdout(Stdio::null())
+        .spawn()
+        .unwrap();
+    let names = || -> Vec<String> {
+        let entries = fs::read_dir(folder.path()).unwrap();
+        let name = |entry: std::io::Result<fs::DirEntry>| entry.unwrap().file_name();
+        entries
+            .map(|entry| name(entry).to_string_lossy().into_owned())
+            .collect()
+    };
+    while names().is_empty() && child.try_wait().unwrap().is_none() {
+        std::thread::sleep(std::time::Duration::from_millis(1));
+    }
+    let killed = Command::new("kill").arg(child.id().to_string()).status();
+    assert!(killed.is_ok(), "there is a `kill`");
+    match child.wait().unwrap().code() {
+        Some(130) => assert!(names().iter().all(|name| name == "a.obj"), "{:?}", names()),
+        code => assert_eq!((code, names()), (Some(0), vec!["a.obj".to_owned()])),
+    }
+}

@@ -1,8 +1,8 @@
 //! A camera for scenes that bring none.
 
-use boxwood::{Ray, Scene};
+use boxwood::{Ray, Scene, geom::MAX_COORDINATE};
 use boxwood_scene::Camera;
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
 use crate::{Surfaces, sampler::Sampler, sampling};
 
@@ -19,10 +19,10 @@ const INSIDE_FOV: f32 = 68.0;
 /// front" is +Z, or -Y where up is +Z. A room (its middle walled in on all sides, its walls facing
 /// inwards or hiding an inner world) is seen from inside, at eye height, from the place and in the
 /// direction that shows most. Shoots some thousands of rays. An empty scene gets a camera at `(0,
-/// 0, 1)` that looks at the origin.
+/// 0, 1)` that looks at the origin. The arithmetic is in f64, so that it does not overflow.
 pub fn auto_camera(scene: &Scene, surfaces: Surfaces<'_>, width: u32, height: u32) -> Camera {
     let bounds = scene.bounds();
-    let (min, max) = (Vec3::from(bounds.min), Vec3::from(bounds.max));
+    let [min, max] = [bounds.min, bounds.max].map(|corner| Vec3::from(corner).as_dvec3());
     if !(min.is_finite() && max.is_finite()) || min.cmpgt(max).any() {
         return Camera {
             eye: [0.0, 0.0, 1.0],
@@ -31,7 +31,7 @@ pub fn auto_camera(scene: &Scene, surfaces: Surfaces<'_>, width: u32, height: u3
             fov: OUTSIDE_FOV,
         };
     }
-    let aspect = width.max(1) as f32 / height.max(1) as f32;
+    let aspect = f64::from(width.max(1)) / f64::from(height.max(1));
     let box_of = Bounds {
         min,
         max,
@@ -45,61 +45,84 @@ pub fn auto_camera(scene: &Scene, surfaces: Surfaces<'_>, width: u32, height: u3
 }
 
 struct Bounds {
-    min: Vec3,
-    max: Vec3,
-    up: Vec3,
+    min: DVec3,
+    max: DVec3,
+    up: DVec3,
 }
 
 impl Bounds {
-    fn centre(&self) -> Vec3 {
+    fn centre(&self) -> DVec3 {
         self.min.midpoint(self.max)
     }
 
-    fn diagonal(&self) -> f32 {
-        (self.max - self.min).length().max(f32::MIN_POSITIVE)
+    /// Never so small, even of a point, that a camera so far away would stand where it looks.
+    fn diagonal(&self) -> f64 {
+        let least = 1e-3 * self.centre().abs().max_element();
+        match (self.max - self.min).length().max(least) {
+            0.0 => 1.0,
+            diagonal => diagonal,
+        }
     }
 
     /// Along `up`.
-    fn height(&self) -> f32 {
+    fn height(&self) -> f64 {
         (self.max - self.min).dot(self.up)
     }
 
     /// To the viewer, level.
-    fn front(&self) -> Vec3 {
-        if self.up == Vec3::Z {
-            Vec3::NEG_Y
+    fn front(&self) -> DVec3 {
+        if self.up == DVec3::Z {
+            DVec3::NEG_Y
         } else {
-            Vec3::Z
+            DVec3::Z
         }
     }
 }
 
-fn up_of(size: Vec3) -> Vec3 {
+fn up_of(size: DVec3) -> DVec3 {
     let lies_in_xy = size.z < 0.5 * size.x.min(size.y);
-    if lies_in_xy { Vec3::Z } else { Vec3::Y }
+    if lies_in_xy { DVec3::Z } else { DVec3::Y }
+}
+
+/// The nearest point from which rays can start.
+fn place(point: DVec3) -> [f32; 3] {
+    let limit = DVec3::splat(MAX_COORDINATE.into());
+    point.clamp(-limit, limit).as_vec3().into()
+}
+
+fn ray(from: DVec3, dir: DVec3) -> Ray {
+    Ray::new(place(from), dir.normalize_or_zero().as_vec3().into())
 }
 
 /// Fits every corner of every triangle between the four planes of the view.
-fn outside(surfaces: Surfaces<'_>, bounds: &Bounds, aspect: f32) -> Camera {
+fn outside(surfaces: Surfaces<'_>, bounds: &Bounds, aspect: f64) -> Camera {
     let side = bounds.up.cross(bounds.front());
     let back = (bounds.front() + side * 0.62 + bounds.up * 0.46).normalize();
     let right = bounds.up.cross(back).normalize();
     let up = back.cross(right);
-    let half_height = libm::tanf(OUTSIDE_FOV.to_radians() * 0.5);
+    let half_height = libm::tan(f64::from(OUTSIDE_FOV).to_radians() * 0.5);
     let half_width = half_height * aspect;
 
     let centre = bounds.centre();
+    let corner = |i: u32| Vec3::from(surfaces.positions()[i as usize]).as_dvec3();
+    // Without the triangles that can never be hit.
     let corners = || {
         surfaces
             .triangles()
             .iter()
+            .map(|triangle| triangle.map(corner))
+            .filter(|triangle| {
+                triangle
+                    .iter()
+                    .all(|p| p.abs().max_element() <= MAX_COORDINATE.into())
+            })
             .flatten()
-            .map(|&i| Vec3::from(surfaces.positions()[i as usize]) - centre)
+            .map(|p| p - centre)
     };
     // The eye at (x, depth) sees a point (px, pz) if |px - x| <= slope * (depth - pz): two lines,
     // whose intersection is the nearest such eye.
-    let fit = |axis: Vec3, slope: f32| {
-        let (mut left, mut rightmost) = (f32::NEG_INFINITY, f32::NEG_INFINITY);
+    let fit = |axis: DVec3, slope: f64| {
+        let (mut left, mut rightmost) = (f64::NEG_INFINITY, f64::NEG_INFINITY);
         for p in corners() {
             let (across, toward) = (p.dot(axis), slope * p.dot(back));
             rightmost = rightmost.max(across + toward);
@@ -111,15 +134,15 @@ fn outside(surfaces: Surfaces<'_>, bounds: &Bounds, aspect: f32) -> Camera {
     let (y, depth_y) = fit(up, half_height);
     let nearest = corners()
         .map(|p| p.dot(back))
-        .fold(f32::NEG_INFINITY, f32::max);
+        .fold(f64::NEG_INFINITY, f64::max);
     let depth = depth_x.max(depth_y);
     // Some air around; and never so near that a flat thing is touched.
     let depth = nearest + ((depth - nearest) * 1.14).max(0.05 * bounds.diagonal());
     let target = centre + right * x + up * y;
     Camera {
-        eye: (target + back * depth).into(),
-        target: target.into(),
-        up: bounds.up.into(),
+        eye: place(target + back * depth),
+        target: place(target),
+        up: bounds.up.as_vec3().into(),
         fov: OUTSIDE_FOV,
     }
 }
@@ -133,8 +156,8 @@ fn is_room(scene: &Scene, surfaces: Surfaces<'_>, bounds: &Bounds) -> bool {
 }
 
 /// At 45 % of the height, under or over `place`.
-fn eye_level(bounds: &Bounds, place: Vec3) -> Vec3 {
-    let floor = if bounds.up == Vec3::Z {
+fn eye_level(bounds: &Bounds, place: DVec3) -> DVec3 {
+    let floor = if bounds.up == DVec3::Z {
         bounds.min.z
     } else {
         bounds.min.y
@@ -155,12 +178,10 @@ struct Look {
 
 impl Look {
     /// In all directions.
-    fn around(scene: &Scene, surfaces: Surfaces<'_>, eye: Vec3, bounds: &Bounds) -> Self {
+    fn around(scene: &Scene, surfaces: Surfaces<'_>, eye: DVec3, bounds: &Bounds) -> Self {
         let rays = (0..256).map(|i| {
-            Ray::new(
-                eye.into(),
-                sampling::sphere(Sampler::new(0, 0, 0, i).next_pair()).into(),
-            )
+            let dir = sampling::sphere(Sampler::new(0, 0, 0, i).next_pair());
+            ray(eye, dir.as_dvec3())
         });
         Self::along(scene, surfaces, bounds, rays)
     }
@@ -177,7 +198,7 @@ impl Look {
             if let Some(hit) = scene.closest_hit(&ray) {
                 hits += 1;
                 backs += u32::from(surfaces.at(&ray, &hit).back);
-                depth += hit.t * Vec3::from(ray.dir).length() / bounds.diagonal();
+                depth += (f64::from(hit.t) / bounds.diagonal()) as f32;
             }
         }
         let of_hits = |x: f32| if hits > 0 { x / hits as f32 } else { 0.0 };
@@ -193,22 +214,24 @@ impl Look {
 fn backs_from_outside(scene: &Scene, surfaces: Surfaces<'_>, bounds: &Bounds) -> f32 {
     let rays = (0..256).map(|i| {
         let mut sampler = Sampler::new(1, 0, 0, i);
-        let eye = bounds.centre() + sampling::sphere(sampler.next_pair()) * bounds.diagonal();
+        let eye =
+            bounds.centre() + sampling::sphere(sampler.next_pair()).as_dvec3() * bounds.diagonal();
         let [x, y] = sampler.next_pair();
-        let aim = bounds.min + (bounds.max - bounds.min) * Vec3::new(x, y, sampler.next());
-        Ray::new(eye.into(), (aim - eye).into())
+        let aim =
+            bounds.min + (bounds.max - bounds.min) * Vec3::new(x, y, sampler.next()).as_dvec3();
+        ray(eye, aim - eye)
     });
     Look::along(scene, surfaces, bounds, rays).back_share
 }
 
 /// From the place and in the direction that shows most: far walls, fronts, nothing right before the
 /// lens.
-fn inside(scene: &Scene, surfaces: Surfaces<'_>, bounds: &Bounds, aspect: f32) -> Camera {
+fn inside(scene: &Scene, surfaces: Surfaces<'_>, bounds: &Bounds, aspect: f64) -> Camera {
     let mut best = (f32::NEG_INFINITY, bounds.centre(), bounds.front());
     for place in places(bounds) {
         let eye = eye_level(bounds, place);
         for step in 0..12 {
-            let (sin, cos) = sampling::sin_cos(step as f32 * std::f32::consts::TAU / 12.0);
+            let (sin, cos) = libm::sincos(f64::from(step) * std::f64::consts::TAU / 12.0);
             let side = bounds.up.cross(bounds.front());
             let dir = (bounds.front() * cos + side * sin - bounds.up * 0.1).normalize();
             let score = view_score(scene, surfaces, bounds, eye, dir, aspect);
@@ -220,15 +243,15 @@ fn inside(scene: &Scene, surfaces: Surfaces<'_>, bounds: &Bounds, aspect: f32) -
     let (_, eye, dir) = best;
     let target = eye + dir * (0.3 * bounds.diagonal());
     Camera {
-        eye: eye.into(),
-        target: target.into(),
-        up: bounds.up.into(),
+        eye: place(eye),
+        target: place(target),
+        up: bounds.up.as_vec3().into(),
         fov: INSIDE_FOV,
     }
 }
 
 /// An even grid of places, away from the walls.
-fn places(bounds: &Bounds) -> impl Iterator<Item = Vec3> {
+fn places(bounds: &Bounds) -> impl Iterator<Item = DVec3> {
     const STEPS: i32 = 5;
     let side = bounds.up.cross(bounds.front());
     let half = (bounds.max - bounds.min) * 0.5;
@@ -237,7 +260,7 @@ fn places(bounds: &Bounds) -> impl Iterator<Item = Vec3> {
         side * half.dot(side.abs()),
     );
     let centre = bounds.centre();
-    let at = |i: i32| (2 * i - (STEPS - 1)) as f32 / STEPS as f32;
+    let at = |i: i32| f64::from(2 * i - (STEPS - 1)) / f64::from(STEPS);
     (0..STEPS * STEPS).map(move |i| centre + front * at(i / STEPS) + side * at(i % STEPS))
 }
 
@@ -245,25 +268,25 @@ fn view_score(
     scene: &Scene,
     surfaces: Surfaces<'_>,
     bounds: &Bounds,
-    eye: Vec3,
-    dir: Vec3,
-    aspect: f32,
+    eye: DVec3,
+    dir: DVec3,
+    aspect: f64,
 ) -> f32 {
     const GRID: i32 = 8;
-    let half_height = libm::tanf(INSIDE_FOV.to_radians() * 0.5);
+    let half_height = libm::tan(f64::from(INSIDE_FOV).to_radians() * 0.5);
     let right = dir.cross(bounds.up).normalize();
     let up = right.cross(dir);
     let (mut score, mut prims) = (0.0, std::collections::BTreeSet::new());
     for i in 0..GRID * GRID {
-        let at = |i: i32| (2 * i + 1 - GRID) as f32 / GRID as f32;
+        let at = |i: i32| f64::from(2 * i + 1 - GRID) / f64::from(GRID);
         let way =
             dir + right * (at(i % GRID) * half_height * aspect) + up * (at(i / GRID) * half_height);
-        let ray = Ray::new(eye.into(), way.normalize().into());
+        let ray = ray(eye, way);
         let Some(hit) = scene.closest_hit(&ray) else {
             continue;
         };
         prims.insert(hit.prim);
-        let distance = hit.t / bounds.diagonal();
+        let distance = (f64::from(hit.t) / bounds.diagonal()) as f32;
         // Diminishing worth of distance; what stands right before the lens or shows its back counts
         // against.
         score += (distance / (distance + 0.15)) - if distance < 0.04 { 0.8 } else { 0.0 };
@@ -383,5 +406,24 @@ mod tests {
             camera_of(&box_scene([4.0, 3.0, 5.0], false)).0.up,
             [0.0, 1.0, 0.0]
         );
+    }
+
+    #[test]
+    fn a_point_and_a_scene_as_large_as_can_be_get_a_camera_too() {
+        let point = [[1.0; 3]; 3];
+        let origin = [[0.0; 3]; 3];
+        let huge = [[-1e30, -1e30, 0.0], [1e30, -1e30, 1e30], [0.0, 1e30, -1e30]];
+        let tiny = [[0.0; 3], [1e-30, 0.0, 0.0], [0.0, 1e-30, 0.0]];
+        // This one is beyond 2^100 and can never be hit.
+        let far = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 3e38]];
+        for corners in [point, origin, huge, tiny, far] {
+            let mesh = FlatMesh {
+                positions: corners.to_vec(),
+                indices: vec![[0, 1, 2]],
+                ..FlatMesh::default()
+            };
+            let (camera, _) = camera_of(&mesh);
+            View::new(camera, 320, 200).unwrap_or_else(|error| panic!("{corners:?}: {error}"));
+        }
     }
 }

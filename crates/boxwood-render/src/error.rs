@@ -22,6 +22,16 @@ pub enum RenderError {
         /// What to give instead.
         remedy: &'static str,
     },
+    /// The system refuses the memory that a picture takes.
+    #[error("{what} takes {gib:.1} GiB of memory, which the system refuses; {remedy}")]
+    Memory {
+        /// What is too large.
+        what: String,
+        /// How much it takes.
+        gib: f64,
+        /// What to give instead.
+        remedy: &'static str,
+    },
     /// No shading of this name.
     #[error("there is no shading '{name}'; choose one of {known}")]
     Shading {

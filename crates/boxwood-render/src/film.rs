@@ -1,10 +1,12 @@
 //! The exposed picture with its layers.
 
+use std::collections::TryReserveError;
+
 use boxwood::Counts;
 use glam::Vec3;
 use rayon::prelude::*;
 
-use crate::{Crop, Image, Scale, Tone, legend};
+use crate::{Crop, Image, RenderError, Scale, Tone, legend};
 
 /// Side of a tile in pixels.
 pub const TILE: u32 = 16;
@@ -50,30 +52,40 @@ pub struct Film {
 }
 
 impl Film {
-    /// Nothing exposed yet.
-    pub(crate) fn unexposed(window: Crop, full_size: [u32; 2], tone: Tone, exposure: f32) -> Self {
+    /// Nothing exposed yet. Fails where the system refuses the memory.
+    pub(crate) fn unexposed(
+        window: Crop,
+        full_size: [u32; 2],
+        tone: Tone,
+        exposure: f32,
+    ) -> Result<Self, RenderError> {
         let n = window.width as usize * window.height as usize;
-        Self {
-            window,
-            full_size,
-            color: vec![[0.0; 3]; n],
-            depth: vec![f32::INFINITY; n],
-            normal: vec![[0.0; 3]; n],
-            prim: vec![u32::MAX; n],
-            material: vec![u32::MAX; n],
-            box_tests: vec![0; n],
-            prim_tests: vec![0; n],
-            finished: vec![
-                false;
-                window.width.div_ceil(TILE) as usize
-                    * window.height.div_ceil(TILE) as usize
-            ],
-            rays: 0,
-            counts: Counts::default(),
-            tone,
-            exposure,
-            scale: None,
-        }
+        let tiles = window.width.div_ceil(TILE) as usize * window.height.div_ceil(TILE) as usize;
+        let refused = |_: TryReserveError| RenderError::Memory {
+            what: format!("a film of {}x{} pixels", window.width, window.height),
+            gib: n as f64 * BYTES_PER_PIXEL / f64::from(1 << 30),
+            remedy: "use --crop or a smaller --size",
+        };
+        let film = || -> Result<Self, TryReserveError> {
+            Ok(Self {
+                window,
+                full_size,
+                color: filled([0.0; 3], n)?,
+                depth: filled(f32::INFINITY, n)?,
+                normal: filled([0.0; 3], n)?,
+                prim: filled(u32::MAX, n)?,
+                material: filled(u32::MAX, n)?,
+                box_tests: filled(0, n)?,
+                prim_tests: filled(0, n)?,
+                finished: filled(false, tiles)?,
+                rays: 0,
+                counts: Counts::default(),
+                tone,
+                exposure,
+                scale: None,
+            })
+        };
+        film().map_err(refused)
     }
 
     /// In pixels.
@@ -128,10 +140,32 @@ impl Film {
     }
 }
 
+/// Of all layers.
+const BYTES_PER_PIXEL: f64 = 44.0;
+
+/// As `vec![value; n]`, but memory that is refused is an error, not the end of the process.
+fn filled<T: Clone>(value: T, n: usize) -> Result<Vec<T>, TryReserveError> {
+    let mut layer = Vec::new();
+    layer.try_reserve_exact(n)?;
+    layer.resize(n, value);
+    Ok(layer)
+}
+
 fn unexposed_checker(x: usize, y: usize) -> [u8; 3] {
     if (x / 8 + y / 8).is_multiple_of(2) {
         [40; 3]
     } else {
         [56; 3]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn memory_that_is_refused_is_an_error() {
+        assert!(filled([0.0; 3], usize::MAX / 16).is_err());
+        assert_eq!(filled(7, 3), Ok(vec![7; 3]));
     }
 }

@@ -38,7 +38,9 @@ pub use error::RenderError;
 pub use film::{Film, TILE};
 pub use image::Image;
 pub use light::PointLight;
-pub use output::{Picture, read_picture, save_atomically, write_exr, write_png};
+pub use output::{
+    Picture, read_picture, save_atomically, save_atomically_telling, write_exr, write_png,
+};
 pub use render::{Crop, MAX_PIXELS, MAX_SAMPLES, Progress, RenderOptions, Watch, render};
 pub use scale::{Scale, ScaleOptions};
 pub use shade::{SHADINGS, Shading};

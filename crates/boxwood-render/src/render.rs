@@ -104,7 +104,7 @@ pub struct Progress {
 ///
 /// `scene` must be built from the one mesh that `surfaces` describe, in the same order. The film is
 /// the same, bit for bit, for any number of threads; each sample's randomness depends only on seed,
-/// pixel and number. Fails only if the options are out of range, or the scene has not as many
+/// pixel and number. Fails only if the options are out of range, the memory is refused, or the scene has not as many
 /// primitives as the surfaces have triangles. An interrupted picture is a film whose
 /// [`Film::is_complete`] is false.
 pub fn render(
@@ -140,7 +140,7 @@ pub fn render(
         [view.width(), view.height()],
         shading.tone,
         stage.exposure,
-    );
+    )?;
     let mut film = job.expose(film, watch);
     if let Paint::Layer(layer) = shading.paint {
         color_layer(&mut film, &layer, options.scale);
@@ -176,8 +176,8 @@ fn check(view: &View, options: &RenderOptions) -> Result<Crop, RenderError> {
     if !fits(window.x, window.width, whole.width) || !fits(window.y, window.height, whole.height) {
         return Err(RenderError::Size {
             what: format!(
-                "the crop {window:?} is not inside {}x{}",
-                whole.width, whole.height
+                "the crop {},{},{},{} is not inside {}x{}",
+                window.x, window.y, window.width, window.height, whole.width, whole.height
             ),
             remedy: "choose x, y, width and height within the picture",
         });

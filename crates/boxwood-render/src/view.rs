@@ -1,6 +1,6 @@
 //! The pinhole camera.
 
-use boxwood::Ray;
+use boxwood::{Ray, geom::MAX_COORDINATE};
 use boxwood_scene::Camera;
 use glam::Vec3;
 
@@ -30,7 +30,7 @@ pub struct View {
 impl View {
     /// Checks `camera` and a size of `width` x `height` pixels.
     ///
-    /// Fails where a number is not finite, `eye` equals `target`, `up` is zero or parallel to the
+    /// Fails where a number is not finite, `eye` lies beyond [`MAX_COORDINATE`] or equals `target`, `up` is zero or parallel to the
     /// view direction, `fov` lies outside `0..180`, or a side is 0 or above [`MAX_SIDE`]. The error
     /// names the value and a remedy.
     pub fn new(camera: Camera, width: u32, height: u32) -> Result<Self, RenderError> {
@@ -105,6 +105,12 @@ fn frame(camera: &Camera) -> Result<(Vec3, Vec3, Vec3), RenderError> {
             );
         }
     }
+    if eye.iter().any(|x| x.abs() > MAX_COORDINATE) {
+        return bad(
+            format!("eye {eye:?} lies beyond 2^100, where no ray can start"),
+            "move --vp nearer, or scale the scene down",
+        );
+    }
     if !(fov > 0.0 && fov < 180.0) {
         return bad(
             format!("a field of view of {fov} degrees"),
@@ -122,7 +128,7 @@ fn frame(camera: &Camera) -> Result<(Vec3, Vec3, Vec3), RenderError> {
     if right.length() < 1e-6 {
         return bad(
             format!("up {up:?} is zero or parallel to the view direction"),
-            "choose another --vu, e.g. 0 0 1 when looking straight down",
+            "choose another --vu, e.g. 0,0,1 when looking straight down",
         );
     }
     let right = right.normalize();

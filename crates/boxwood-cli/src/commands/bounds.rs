@@ -30,7 +30,7 @@ pub(crate) struct Args {
     #[command(flatten)]
     scene: SceneArgs,
     /// How many rays, of each kind.
-    #[arg(long, value_name = "N", default_value_t = 100_000, value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, value_name = "N", default_value_t = 100_000, allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(1..))]
     rays: u32,
     #[command(flatten)]
     camera: CameraArgs,

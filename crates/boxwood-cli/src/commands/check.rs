@@ -11,8 +11,8 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use serde::Serialize;
 
 use crate::{
-    args::SceneArgs,
-    output::{Exit, Output, Table, grouped, short},
+    args::{self, SceneArgs},
+    output::{Exit, Output, Table, counted, grouped, short},
     progress::Progress,
 };
 
@@ -34,19 +34,19 @@ pub(crate) struct Args {
     #[command(flatten)]
     scene: SceneArgs,
     /// How many rays.
-    #[arg(long, value_name = "N", default_value_t = 100_000)]
-    rays: u64,
+    #[arg(long, value_name = "N", default_value_t = 100_000, allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(1..))]
+    rays: u32,
     /// Other seeds, other rays.
-    #[arg(long, value_name = "S", default_value_t = 0)]
+    #[arg(long, value_name = "S", default_value_t = 0, allow_negative_numbers = true, value_parser = args::whole::<u64>)]
     seed: u64,
     /// Where the rays are aimed.
     #[arg(long, value_name = "WHERE", default_value = "mixed", value_parser = aims())]
     aim: Aim,
     /// Operations, in 10^9, that one structure may spend (it gets fewer rays where that does not do).
-    #[arg(long, value_name = "GFLOP", default_value_t = 20)]
+    #[arg(long, value_name = "GFLOP", default_value_t = 20, allow_negative_numbers = true, value_parser = args::whole::<u64>)]
     budget: u64,
     /// The same for brute force.
-    #[arg(long, value_name = "GFLOP", default_value_t = 60)]
+    #[arg(long, value_name = "GFLOP", default_value_t = 60, allow_negative_numbers = true, value_parser = args::whole::<u64>)]
     oracle_budget: u64,
 }
 
@@ -101,7 +101,7 @@ pub(crate) fn run(args: &Args, out: &Output) -> anyhow::Result<Exit> {
     let loaded = args.scene.load(out)?;
     let triangles = triangles(&loaded.mesh);
     let options = Options {
-        rays: args.rays,
+        rays: args.rays.into(),
         seed: args.seed,
         aim: args.aim,
         budget: args.budget.saturating_mul(GIGA),
@@ -109,7 +109,7 @@ pub(crate) fn run(args: &Args, out: &Output) -> anyhow::Result<Exit> {
     };
     let start = Instant::now();
     let bar = Progress::new(
-        args.rays.saturating_mul(check::variants().len() as u64 + 1),
+        u64::from(args.rays).saturating_mul(check::variants().len() as u64 + 1),
         "answers",
     );
     let report = check::run(&triangles, &options, &mut |progress| {
@@ -201,9 +201,9 @@ fn text(answer: &Answer<'_>) -> String {
     };
     let mut lines = vec![
         format!(
-            "{}: {} triangles, {} rays ({}, seed {}), {} of them hit",
+            "{}: {}, {} rays ({}, seed {}), {} of them hit",
             answer.file,
-            grouped(answer.triangles as u64),
+            counted(answer.triangles, "triangle"),
             grouped(answer.rays),
             answer.aim,
             answer.seed,

@@ -8,7 +8,7 @@ use boxwood_render::View;
 use serde::Serialize;
 
 use crate::{
-    args::{CameraArgs, Loaded, SceneArgs},
+    args::{self, CameraArgs, Loaded, SceneArgs},
     contest::{Built, contenders},
     measure::Peak,
     output::{Exit, Output, Table, grouped, mebibytes, short},
@@ -27,10 +27,10 @@ Examples:
   boxwood cost builtin:bush --size 320x180")]
 pub(crate) struct Args {
     /// Scene to trace; without it there is only arithmetic.
-    #[arg(value_name = "FILE")]
+    #[arg(value_name = "FILE", value_parser = args::file_name)]
     file: Option<String>,
     /// Triangles of the arithmetic. [default: 40000, or those of FILE]
-    #[arg(long, value_name = "N", conflicts_with = "file")]
+    #[arg(long, value_name = "N", conflicts_with = "file", allow_negative_numbers = true, value_parser = args::whole::<u64>)]
     triangles: Option<u64>,
     /// Count for every structure, builder and volume.
     #[arg(long)]

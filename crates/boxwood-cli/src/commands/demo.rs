@@ -32,7 +32,7 @@ use crate::{
 )]
 pub(crate) struct Args {
     /// Size of the frame in pixels. [default: 1280x720, as in the lecture]
-    #[arg(long, value_name = "WxH", value_parser = size)]
+    #[arg(long, value_name = "WxH", allow_hyphen_values = true, value_parser = size)]
     size: Option<[u32; 2]>,
 }
 

@@ -22,11 +22,13 @@ use crate::{
   boxwood diff before.png after.png --threshold 0.02 -o flip.png")]
 pub(crate) struct Args {
     /// A picture, or - for standard input.
+    #[arg(value_parser = args::file_name)]
     a: String,
     /// The other picture.
+    #[arg(value_parser = args::file_name)]
     b: String,
     /// Mean FLIP error up to which the pictures count as equal, 0 to 1. [default: any difference counts]
-    #[arg(long, value_name = "X", value_parser = share)]
+    #[arg(long, value_name = "X", allow_negative_numbers = true, value_parser = share)]
     threshold: Option<f64>,
     /// Write the map of FLIP errors: black is equal. - for standard output.
     #[arg(short, long, value_name = "PNG")]

@@ -5,7 +5,7 @@ use clap::ArgGroup;
 use serde::Serialize;
 
 use crate::{
-    args::{CameraArgs, Loaded, SceneArgs, StructureArgs, numbers},
+    args::{CameraArgs, Loaded, SceneArgs, StructureArgs, numbers, whole},
     narrator::{Line, Narrator},
     output::{Exit, Output, Trouble, grouped},
 };
@@ -25,13 +25,13 @@ pub(crate) struct Args {
     #[command(flatten)]
     scene: SceneArgs,
     /// The ray through the centre of a pixel, from the upper left one, 0,0.
-    #[arg(long, value_name = "X,Y", group = "which", value_parser = pixel)]
+    #[arg(long, value_name = "X,Y", group = "which", allow_hyphen_values = true, value_parser = pixel)]
     pixel: Option<[u32; 2]>,
     /// The ray from an origin in a direction of any length.
     #[arg(long, value_name = "OX,OY,OZ,DX,DY,DZ", group = "which", allow_hyphen_values = true, value_parser = numbers::<6>)]
     ray: Option<[f32; 6]>,
     /// Most lines to print; 0 is all.
-    #[arg(long, value_name = "N", default_value_t = 200)]
+    #[arg(long, value_name = "N", default_value_t = 200, allow_negative_numbers = true, value_parser = whole::<usize>)]
     lines: usize,
     #[command(flatten)]
     structure: StructureArgs,

@@ -9,7 +9,7 @@ use serde::Serialize;
 
 use crate::{
     args::{SceneArgs, StructureArgs},
-    output::{Exit, Output, grouped, mebibytes, short},
+    output::{Exit, Output, counted, grouped, mebibytes, short},
 };
 
 /// Show what a scene holds, and the shape of the structure over it.
@@ -216,15 +216,18 @@ impl Report {
         lines.push((
             "meshes",
             format!(
-                "{}, {} instances of them",
+                "{}, {} of them",
                 count(self.meshes),
-                count(self.instances)
+                counted(self.instances, "instance")
             ),
         ));
-        let (materials, textures) = (count(self.materials), count(self.textures));
+        let (textures, cameras) = (
+            counted(self.textures, "texture"),
+            counted(self.cameras, "camera"),
+        );
         lines.push((
             "materials",
-            format!("{materials}, {textures} textures, {} cameras", self.cameras),
+            format!("{}, {textures}, {cameras}", count(self.materials)),
         ));
         lines.push((
             "bounds",

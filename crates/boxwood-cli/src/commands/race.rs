@@ -11,7 +11,7 @@ use crate::{
     args::{CameraArgs, Loaded, SceneArgs},
     contest::{Built, bounced_rays, camera_rays, contenders, random_rays},
     measure::{Task, interleaved, nanoseconds, on_one_thread},
-    output::{Exit, Output, Table, grouped, mebibytes, short},
+    output::{Exit, Output, Table, counted, grouped, mebibytes, short},
 };
 
 /// Race the structures: the same rays, the same answer, not the same time.
@@ -31,7 +31,7 @@ pub(crate) struct Args {
     #[command(flatten)]
     scene: SceneArgs,
     /// How many rays.
-    #[arg(long, value_name = "N", default_value_t = 300_000, value_parser = clap::value_parser!(u32).range(100..))]
+    #[arg(long, value_name = "N", default_value_t = 300_000, allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(100..))]
     rays: u32,
     /// Race every structure, builder and volume.
     #[arg(long)]
@@ -325,9 +325,9 @@ fn text(answer: &Answer) -> String {
     }
     let mut lines = vec![
         format!(
-            "{}: {} triangles; {} rays ({} camera, {} bounced, {} random), {} hit; {} threads",
+            "{}: {}; {} rays ({} camera, {} bounced, {} random), {} hit; {} threads",
             answer.file,
-            grouped(answer.triangles as u64),
+            counted(answer.triangles, "triangle"),
             grouped(answer.rays as u64),
             grouped(answer.camera_rays as u64),
             grouped(answer.bounced_rays as u64),

@@ -14,7 +14,7 @@ use serde::Serialize;
 
 use crate::{
     args::{self, CameraArgs, Loaded, SceneArgs, StructureArgs, camera_flags},
-    output::{Exit, Output, Trouble, grouped, short},
+    output::{Exit, Output, Trouble, counted, grouped, short},
     progress::{Progress, interrupted},
     save,
     terminal::{self, Show},
@@ -22,7 +22,7 @@ use crate::{
 
 /// Make a picture of a scene.
 ///
-/// Ctrl-C saves the tiles that are done, and ends with exit code 4. The same arguments give the same picture, bit for
+/// Ctrl-C (or SIGTERM) saves the tiles that are done, and ends with exit code 4. The same arguments give the same picture, bit for
 /// bit, for any number of threads and in every structure.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:
@@ -56,22 +56,22 @@ struct LookArgs {
     #[arg(long, value_name = "NAME", default_value = "whitted", value_parser = shadings())]
     shading: &'static Shading,
     /// Samples per pixel. [default: as many as the shading needs]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(boxwood_render::MAX_SAMPLES)))]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(1..=i64::from(boxwood_render::MAX_SAMPLES)))]
     spp: Option<u32>,
     /// Another seed gives another noise.
-    #[arg(long, value_name = "N", default_value_t = 0)]
+    #[arg(long, value_name = "N", default_value_t = 0, allow_negative_numbers = true, value_parser = args::whole::<u64>)]
     seed: u64,
     /// Only this part, in pixels: left, top, width, height.
-    #[arg(long, value_name = "X,Y,W,H", value_parser = crop)]
+    #[arg(long, value_name = "X,Y,W,H", allow_hyphen_values = true, value_parser = crop)]
     crop: Option<Crop>,
     /// Most bounces of light.
-    #[arg(long, value_name = "N", default_value_t = 8)]
+    #[arg(long, value_name = "N", default_value_t = 8, allow_negative_numbers = true, value_parser = args::whole::<u32>)]
     max_depth: u32,
     /// A lamp: its place, and its power, where 1 (the default) lights the scene's middle like the sun. May be given often.
     #[arg(long = "light", value_name = "X,Y,Z[,POWER]", allow_hyphen_values = true, value_parser = lamp)]
     lights: Vec<Lamp>,
     /// Strength of sun and sky, 0 is night. [default: 1; in rooms with lights of their own 0]
-    #[arg(long, value_name = "X", value_parser = not_negative)]
+    #[arg(long, value_name = "X", allow_negative_numbers = true, value_parser = not_negative)]
     sky: Option<f32>,
     /// Brightness in stops, 0 is neutral. [default: neutral by daylight, measured in rooms]
     #[arg(long, value_name = "STOPS", allow_hyphen_values = true, value_parser = plain)]
@@ -80,7 +80,7 @@ struct LookArgs {
     #[arg(long)]
     no_floor: bool,
     /// Number at the bright end of heat pictures; the same one makes pictures comparable. [default: from the picture]
-    #[arg(long, value_name = "X", value_parser = not_negative)]
+    #[arg(long, value_name = "X", allow_negative_numbers = true, value_parser = not_negative)]
     top: Option<f32>,
     /// Colour heat pictures by the logarithm.
     #[arg(long)]
@@ -370,9 +370,9 @@ impl Report<'_> {
             ..
         } = self;
         format!(
-            "{output}: {width}x{height}, {shading}, {samples} per pixel; {} triangles in {structure}\n\
+            "{output}: {width}x{height}, {shading}, {samples} per pixel; {} in {structure}\n\
              loaded in {} ms, built in {} ms, {} rays in {} ms ({} Mrays/s)\ncamera {}",
-            grouped(self.triangles as u64),
+            counted(self.triangles, "triangle"),
             short(self.load_ms),
             short(self.build_ms),
             grouped(self.rays),

@@ -7,8 +7,8 @@ use boxwood_scene::{FlatMesh, simplify, write_obj, write_ply};
 use serde::Serialize;
 
 use crate::{
-    args::SceneArgs,
-    output::{Exit, Output, grouped, short},
+    args::{self, SceneArgs},
+    output::{Exit, Output, counted, grouped, short},
     save,
 };
 
@@ -24,7 +24,7 @@ pub(crate) struct Args {
     #[command(flatten)]
     scene: SceneArgs,
     /// How many are wanted.
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = args::whole::<usize>)]
     triangles: usize,
     /// Where to write: .ply or .obj; - writes PLY to standard output.
     #[arg(short, long, value_name = "PLY|OBJ")]
@@ -90,9 +90,12 @@ fn text(report: &Report<'_>) -> String {
             count(report.wanted)
         ),
     };
-    let (before, after) = (count(report.triangles_before), count(report.triangles));
+    let (before, after) = (
+        count(report.triangles_before),
+        counted(report.triangles, "triangle"),
+    );
     format!(
-        "{}: {before} to {after} triangles{missed} in {} s",
+        "{}: {before} to {after}{missed} in {} s",
         report.output,
         short(report.seconds)
     )

@@ -124,7 +124,7 @@ mod tests {
             width: 17,
             height: 9,
         };
-        let mut film = Film::unexposed(window, [40, 30], Tone::Neutral, 1.0);
+        let mut film = Film::unexposed(window, [40, 30], Tone::Neutral, 1.0).unwrap();
         for i in 0..film.color.len() {
             let x = i as f32;
             film.color[i] = [x * 0.37, 1.0 / (x + 1.0), 1e4 * x];

@@ -4,7 +4,11 @@ mod exr;
 mod png;
 mod save;
 
-pub use self::{exr::write_exr, png::write_png, save::save_atomically};
+pub use self::{
+    exr::write_exr,
+    png::write_png,
+    save::{save_atomically, save_atomically_telling},
+};
 
 use crate::RenderError;
 

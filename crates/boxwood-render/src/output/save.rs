@@ -13,9 +13,19 @@ use crate::RenderError;
 ///
 /// Whoever reads `path` sees the old file or the new one, never a half. On any error what stood
 /// there stays, and the new file is removed; the error names the path, the cause and what to do.
-/// The file gets the usual permissions.
+/// A file that is replaced hands its permissions on; a new one gets the usual ones.
 pub fn save_atomically(
     path: &Path,
+    write: impl FnOnce(&mut dyn Write) -> Result<(), RenderError>,
+) -> Result<(), RenderError> {
+    save_atomically_telling(path, |_| (), write)
+}
+
+/// [`save_atomically`] for programs that may be ended in the middle of it: `begun` is told the path
+/// of the new file before it is filled, so that it can be removed by whoever ends the process.
+pub fn save_atomically_telling(
+    path: &Path,
+    begun: impl FnOnce(&Path),
     write: impl FnOnce(&mut dyn Write) -> Result<(), RenderError>,
 ) -> Result<(), RenderError> {
     let failed = |cause: io::Error| {
@@ -34,6 +44,7 @@ pub fn save_atomically(
         return Err(failed(io::Error::from(ErrorKind::IsADirectory)));
     }
     let mut file = new_file(folder).map_err(failed)?;
+    begun(file.path());
     let mut out = Watched {
         inner: BufWriter::new(file.as_file_mut()),
         error: None,
@@ -45,6 +56,11 @@ pub fn save_atomically(
     }
     written?;
     drop(out);
+    if let Ok(old) = path.metadata() {
+        file.as_file()
+            .set_permissions(old.permissions())
+            .map_err(failed)?;
+    }
     file.as_file().sync_all().map_err(failed)?;
     file.persist(path).map_err(|error| failed(error.error))?;
     Ok(())
@@ -139,6 +155,20 @@ mod tests {
         })
         .unwrap();
         assert_eq!(fs::read(&path).unwrap(), b"new");
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_file_that_is_replaced_hands_its_permissions_on() {
+        use std::{fs::Permissions, os::unix::fs::PermissionsExt};
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.png");
+        fs::write(&path, "old").unwrap();
+        fs::set_permissions(&path, Permissions::from_mode(0o604)).unwrap();
+        let mut begun = None;
+        save_atomically_telling(&path, |new| begun = Some(new.to_owned()), |_| Ok(())).unwrap();
+        assert_eq!(path.metadata().unwrap().permissions().mode() & 0o777, 0o604);
+        assert_eq!(begun.unwrap().parent(), Some(folder.path()));
     }
 
     #[test]

@@ -126,6 +126,17 @@ impl Builtin {
                 };
                 return Err((format!("unknown parameter \"{key}\""), remedy));
             }
+            if query
+                .split('&')
+                .filter(|part| part.split('=').next() == Some(key))
+                .count()
+                > 1
+            {
+                return Err((
+                    format!("{key} is given more than once"),
+                    "leave out all but one".to_owned(),
+                ));
+            }
             let value = number(value).ok_or_else(|| {
                 (
                     format!("{key} is \"{value}\""),
@@ -357,6 +368,7 @@ mod tests {
         assert!(
             refusal("cornell?n=3").ends_with("unknown parameter \"n\" (cornell has no parameters)")
         );
+        assert!(refusal("soup?n=10&seed=1&n=20").contains("n is given more than once"));
         assert!(refusal("soup?n=-3").contains("n is \"-3\""));
         assert!(refusal("soup?n").contains("n is \"\""));
         assert!(refusal("soup?n=50000001").contains("soup can have 1 to 50000000 triangles"));

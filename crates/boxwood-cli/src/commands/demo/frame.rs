@@ -151,11 +151,7 @@ impl Way {
             bytes: scene.stats().bytes,
             rays,
             estimated: rays < frame.rays.len(),
-            box_tests_per_ray: per_ray(if counts.boxes > 0 {
-                counts.boxes
-            } else {
-                counts.nodes
-            }),
+            box_tests_per_ray: per_ray(counts.boxes.max(counts.nodes)),
             primitive_tests_per_ray: per_ray(counts.prims),
             flops_per_frame: per_ray(counts.flops) * frame.rays.len() as f64,
             mrays_per_second: 1e-6 / seconds_per_ray,
