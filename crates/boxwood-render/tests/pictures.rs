@@ -160,7 +160,7 @@ const GOLDEN: &[(&str, u64)] = &[
     ("depth", 0x9e88_8213_7617_c995),
     ("prim", 0x6a43_4bda_2f77_dc60),
     ("heat-boxes", 0x405e_86a1_75b0_d0df),
-    ("heat-prims", 0xd873_38f2_e75c_8821),
+    ("heat-prims", 0xc483_49e3_5cc4_98a9),
     ("whitted", 0xfa75_ceb2_874f_0c12),
     ("ao", 0xc252_13cf_a6fd_de2b),
     ("path", 0x3081_b39e_19d2_76f2),
