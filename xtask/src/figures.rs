@@ -15,11 +15,11 @@ const FIGURES: &[(&str, &str)] = &[
     ),
     (
         "stadium-grid.png",
-        "render builtin:stadium --shading heat-prims --structure grid --size 640x360",
+        "render builtin:stadium --shading heat-prims --structure grid --size 640x360 --log --top 15000",
     ),
     (
         "stadium-bvh.png",
-        "render builtin:stadium --shading heat-prims --structure bvh2 --size 640x360",
+        "render builtin:stadium --shading heat-prims --structure bvh2 --size 640x360 --log --top 15000",
     ),
 ];
 

@@ -57,7 +57,8 @@ pub unsafe extern "C" fn peer_build(
     bytes: *mut u64,
 ) -> *mut c_void {
     // SAFETY: the caller's promise.
-    let soup = unsafe { std::slice::from_raw_parts(floats.cast::<[[f32; 3]; 3]>(), count as usize) };
+    let soup =
+        unsafe { std::slice::from_raw_parts(floats.cast::<[[f32; 3]; 3]>(), count as usize) };
     let (positions, indices) = indexed(soup);
     let mode = MODE.lock().unwrap().clone();
     let start = Instant::now();
@@ -68,7 +69,11 @@ pub unsafe extern "C" fn peer_build(
         *ms = elapsed.as_secs_f64() * 1e3;
         *bytes = query.bytes() as u64;
     }
-    Box::into_raw(Box::new(Peer { query, in_slices: !mode.contains("single") })).cast()
+    Box::into_raw(Box::new(Peer {
+        query,
+        in_slices: !mode.contains("single"),
+    }))
+    .cast()
 }
 
 /// The closest hit of each ray.
@@ -76,20 +81,34 @@ pub unsafe extern "C" fn peer_build(
 /// # Safety
 /// `peer` must come from [`peer_build`], `rays` and `hits` point to `count` elements each.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn peer_closest(peer: *mut c_void, rays: *const Ray, count: usize, hits: *mut PeerHit) {
+pub unsafe extern "C" fn peer_closest(
+    peer: *mut c_void,
+    rays: *const Ray,
+    count: usize,
+    hits: *mut PeerHit,
+) {
     // SAFETY: the caller's promise.
     let (peer, rays, answers) = unsafe {
         let answers = std::slice::from_raw_parts_mut(hits, count);
-        (&*peer.cast::<Peer>(), std::slice::from_raw_parts(rays, count), answers)
+        (
+            &*peer.cast::<Peer>(),
+            std::slice::from_raw_parts(rays, count),
+            answers,
+        )
     };
     if peer.in_slices {
         let mut found = [None; 1024];
         for (rays, answers) in rays.chunks(found.len()).zip(answers.chunks_mut(1024)) {
             peer.query.closest_hits(rays, &mut found[..rays.len()]);
-            found.iter().zip(answers).for_each(|(hit, answer)| *answer = peer_hit(*hit));
+            found
+                .iter()
+                .zip(answers)
+                .for_each(|(hit, answer)| *answer = peer_hit(*hit));
         }
     } else {
-        rays.iter().zip(answers).for_each(|(ray, answer)| *answer = peer_hit(peer.query.closest_hit(ray)));
+        rays.iter()
+            .zip(answers)
+            .for_each(|(ray, answer)| *answer = peer_hit(peer.query.closest_hit(ray)));
     }
 }
 
@@ -98,26 +117,50 @@ pub unsafe extern "C" fn peer_closest(peer: *mut c_void, rays: *const Ray, count
 /// # Safety
 /// `peer` must come from [`peer_build`], `rays` and `occluded` point to `count` elements each.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn peer_occluded(peer: *mut c_void, rays: *const Ray, count: usize, occluded: *mut u8) {
+pub unsafe extern "C" fn peer_occluded(
+    peer: *mut c_void,
+    rays: *const Ray,
+    count: usize,
+    occluded: *mut u8,
+) {
     // SAFETY: the caller's promise.
     let (peer, rays, answers) = unsafe {
         let answers = std::slice::from_raw_parts_mut(occluded, count);
-        (&*peer.cast::<Peer>(), std::slice::from_raw_parts(rays, count), answers)
+        (
+            &*peer.cast::<Peer>(),
+            std::slice::from_raw_parts(rays, count),
+            answers,
+        )
     };
     if peer.in_slices {
         let mut found = [false; 1024];
         for (rays, answers) in rays.chunks(found.len()).zip(answers.chunks_mut(1024)) {
             peer.query.occluded_each(rays, &mut found[..rays.len()]);
-            found.iter().zip(answers).for_each(|(is, answer)| *answer = u8::from(*is));
+            found
+                .iter()
+                .zip(answers)
+                .for_each(|(is, answer)| *answer = u8::from(*is));
         }
     } else {
-        rays.iter().zip(answers).for_each(|(ray, answer)| *answer = u8::from(peer.query.occluded(ray)));
+        rays.iter()
+            .zip(answers)
+            .for_each(|(ray, answer)| *answer = u8::from(peer.query.occluded(ray)));
     }
 }
 
 fn peer_hit(hit: Option<Hit>) -> PeerHit {
-    let miss = PeerHit { t: f32::INFINITY, u: 0.0, v: 0.0, prim: u32::MAX };
-    hit.map_or(miss, |h| PeerHit { t: h.t, u: h.u, v: h.v, prim: h.prim })
+    let miss = PeerHit {
+        t: f32::INFINITY,
+        u: 0.0,
+        v: 0.0,
+        prim: u32::MAX,
+    };
+    hit.map_or(miss, |h| PeerHit {
+        t: h.t,
+        u: h.u,
+        v: h.v,
+        prim: h.prim,
+    })
 }
 
 /// An indexed mesh of the soup: vertices that are equal bit for bit become one.
@@ -139,10 +182,28 @@ fn build(mode: &str, positions: &[[f32; 3]], indices: &[[u32; 3]]) -> Box<dyn Qu
     let mut structure = Structure::DEFAULT;
     for word in mode.split('-') {
         let named = |name: &&str| *name == word;
-        structure = STRUCTURES.iter().map(|s| s.name).find(named).unwrap_or(structure);
-        options.volume = VOLUMES.iter().map(|v| v.name).find(named).unwrap_or(options.volume);
-        options.builder = BUILDERS.iter().copied().find(|b| b.name == word).unwrap_or(options.builder);
+        structure = STRUCTURES
+            .iter()
+            .map(|s| s.name)
+            .find(named)
+            .unwrap_or(structure);
+        options.volume = VOLUMES
+            .iter()
+            .map(|v| v.name)
+            .find(named)
+            .unwrap_or(options.volume);
+        options.builder = BUILDERS
+            .iter()
+            .copied()
+            .find(|b| b.name == word)
+            .unwrap_or(options.builder);
     }
-    let scene = boxwood::Scene::builder().mesh(positions, indices).structure(structure).options(options);
-    scene.build().expect("indices are of our own making").into_query()
+    let scene = boxwood::Scene::builder()
+        .mesh(positions, indices)
+        .structure(structure)
+        .options(options);
+    scene
+        .build()
+        .expect("indices are of our own making")
+        .into_query()
 }

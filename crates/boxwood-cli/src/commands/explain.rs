@@ -12,7 +12,7 @@ use crate::{
 
 /// Explain the walk of one ray: every box, cell and triangle that is tried, with its numbers, and why it is skipped.
 ///
-/// Indented by depth: what stands under a box was tried because the ray enters the box. A triangle shows its three edge
+/// Indented by depth; siblings are tested together, and `in N` names the box they stand in. A triangle shows its three edge
 /// functions: all of one sign means that the line passes through it, and a zero is settled by a rule of ties, whose sign
 /// then stands beside it. `t a .. b` is where the ray is inside; it misses where a is above b.
 #[derive(Debug, clap::Args)]

@@ -1,5 +1,5 @@
 //! The measure of the traits: the closest hit of one structure and one primitive, written out as one loop without visitor,
-//! observer or generic parameter. `benches/trace.rs` compares; the answers are the same bits.
+//! observer or generic parameter. `bench/trace` compares; the answers are the same bits.
 
 use super::{Bvh2, Later, address, octant, prefetch};
 use crate::build::MAX_DEPTH;

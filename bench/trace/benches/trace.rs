@@ -1,4 +1,4 @@
-//! How fast are the answers? `cargo bench -p boxwood --bench trace [FILTER]`
+//! How fast are the answers? `cargo bench --manifest-path bench/trace/Cargo.toml [FILTER]`
 //!
 //! * `trace/SCENE/STRUCTURE/BUILDER/QUESTION`: every structure and builder of the tables, 4096 rays per step.
 //! * `build/SCENE/STRUCTURE/BUILDER`: the same, building.
