@@ -9,7 +9,7 @@ const GOLDEN: &[(&str, &str, &str, u64)] = &[
     ("builtin:bush", "whitted", "bvh2", 0x624d24efb6f4d524),
     ("builtin:bush", "heat-prims", "grid", 0xb6f9e329c5fa51b3),
     ("builtin:cornell", "path", "bvh2", 0x6cb58b46079b23ed),
-    ("builtin:stadium", "heat-boxes", "bvh2", 0xafbd6c4f90a40769),
+    ("builtin:stadium", "heat-boxes", "bvh2", 0xa92e8fd897681dbd),
     ("builtin:terrain?n=5000", "ao", "bvh2", 0x4bcd8a518fb3c7b3),
     (
         "builtin:hairball?n=6000",

@@ -352,11 +352,11 @@ impl SceneBuilder {
         if count > limit {
             return Err(BuildError::TooManyPrimitives { count, limit });
         }
-        let boxes = geometry.boxes();
+        let (bounds, skipped) = geometry.extent();
         Ok(Scene {
             query: structure.build(&geometry, &self.options)?,
-            skipped: boxes.iter().filter(|b| b.is_empty()).count(),
-            bounds: Aabb::of_boxes(&boxes),
+            skipped,
+            bounds,
             structure: structure.name,
             geometry,
             starts,

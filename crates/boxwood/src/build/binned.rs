@@ -110,12 +110,13 @@ impl Split for Binned {
         let area = all.half_area();
         let leaf_cost = count as f64 * self.primitive_cost;
         // Few primitives do not fill many bins.
-        let bins = self.bins.min(4 + count / 2);
+        let bins = self.bins.min(4 + count / 8);
         let scale = Scale::new(&centers, bins);
         // Most sets are small, and clearing many bins would take longer than filling few.
         let best = match bins {
             ..=8 => best_split::<8>(set.refs, &centers, scale, bins),
-            9..=32 => best_split::<32>(set.refs, &centers, scale, bins),
+            9..=16 => best_split::<16>(set.refs, &centers, scale, bins),
+            17..=32 => best_split::<32>(set.refs, &centers, scale, bins),
             _ => best_split::<MAX_BINS>(set.refs, &centers, scale, bins),
         }?;
         let split_cost = 1.0 + best.cost * self.primitive_cost / area;

@@ -128,6 +128,11 @@ impl Geometry {
         self.len() == 0
     }
 
+    /// The box around all primitives that can be hit, and how many cannot.
+    pub(crate) fn extent(&self) -> (Aabb, usize) {
+        with_primitives!(self, p => extent(p))
+    }
+
     /// The box of each primitive.
     pub fn boxes(&self) -> Vec<Aabb> {
         with_primitives!(self, p => boxes(p))
@@ -145,4 +150,15 @@ pub(crate) fn boxes<P: Primitives>(prims: &P) -> Vec<Aabb> {
             }
         })
         .collect()
+}
+
+fn extent<P: Primitives>(prims: &P) -> (Aabb, usize) {
+    let add = |(all, skipped): (Aabb, usize), i| {
+        if prims.is_active(i) {
+            (all.union(&prims.bounds(i)), skipped)
+        } else {
+            (all, skipped + 1)
+        }
+    };
+    (0..prims.len()).fold((Aabb::EMPTY, 0), add)
 }
