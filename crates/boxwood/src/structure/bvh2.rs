@@ -8,7 +8,7 @@ use crate::build::{BuildOptions, MAX_DEPTH, Topology};
 use crate::error::BuildError;
 use crate::geom::{Aabb, Interval, PreparedRay};
 use crate::prims::Primitives;
-use crate::query::{NodeInfo, VolumeTest, VolumeVerdict};
+use crate::query::{NodeInfo, Observer, VolumeTest, VolumeVerdict};
 use crate::simd::{Stack, address, prefetch};
 use crate::volume::BoundingVolume;
 use std::hint::select_unpredictable;
@@ -184,7 +184,7 @@ impl<V: BoundingVolume> Accel for Bvh2<V> {
                     break child;
                 }
                 let (far, verdict) = (f32::INFINITY, VolumeVerdict::Dropped);
-                visit.volume(VolumeTest {
+                visit.observer().volume(VolumeTest {
                     node,
                     near,
                     far,
@@ -262,7 +262,7 @@ fn enters<V: BoundingVolume, T: Visit>(
 ) -> bool {
     let Interval { near, far } = interval;
     let hit = interval.meets(ray.t_min, visit.t_max());
-    visit.volume(VolumeTest {
+    let test = VolumeTest {
         node,
         near,
         far,
@@ -275,6 +275,7 @@ fn enters<V: BoundingVolume, T: Visit>(
         },
         flops: V::FLOPS,
         bytes: (size_of::<Pair<V>>() / 2) as u32,
-    });
+    };
+    visit.observer().volume(test);
     hit
 }

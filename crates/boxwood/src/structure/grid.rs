@@ -18,7 +18,7 @@ use crate::build::BuildOptions;
 use crate::error::BuildError;
 use crate::geom::{Aabb, Interval, PreparedRay, SlabRay, filter_pad};
 use crate::prims::Primitives;
-use crate::query::{CellVisit, NodeInfo, VolumeTest, VolumeVerdict};
+use crate::query::{CellVisit, NodeInfo, Observer, VolumeTest, VolumeVerdict};
 use crate::volume::BoundingVolume;
 use std::ops::{ControlFlow, Range};
 
@@ -84,7 +84,7 @@ impl Accel for Grid {
         let interval = SlabRay::new(ray, bounds).interval(bounds);
         let Interval { near, far } = interval;
         let is_met = interval.meets(ray.t_min, ray.t_max);
-        visit.volume(VolumeTest {
+        visit.observer().volume(VolumeTest {
             node: 0,
             near,
             far,
@@ -154,7 +154,7 @@ impl Grid {
         loop {
             let index = self.shape.index(walk.cell);
             let range = self.range(index);
-            visit.cell(CellVisit {
+            visit.observer().cell(CellVisit {
                 cell: walk.cell,
                 enter: walk.enter,
                 t_delta: walk.t_delta,
@@ -207,7 +207,7 @@ impl Grid {
                     let mut cell = [0; 3];
                     (cell[kx], cell[ky], cell[kz]) = (x, y, layer);
                     let range = self.range(shape.index(cell));
-                    visit.cell(CellVisit {
+                    visit.observer().cell(CellVisit {
                         cell,
                         enter: t[0],
                         t_delta: [f64::NAN; 3],

@@ -2,7 +2,7 @@
 
 use crate::geom::{Candidate, Hit, PreparedRay};
 use crate::prims::{Primitives, Tested};
-use crate::query::{CellVisit, Observer, PrimitiveTest, PrimitiveVerdict, VolumeTest};
+use crate::query::{Observer, PrimitiveTest, PrimitiveVerdict};
 use std::ops::ControlFlow;
 
 /// What a traversal reports to.
@@ -19,11 +19,8 @@ pub trait Visit {
     /// The ray may hit the primitives in these slots. `Break` ends the traversal.
     fn leaf(&mut self, slots: impl Iterator<Item = u32>) -> ControlFlow<()>;
 
-    /// A volume was tested or dropped.
-    fn volume(&mut self, test: VolumeTest);
-
-    /// A cell was entered.
-    fn cell(&mut self, visit: CellVisit);
+    /// Who watches: told of each volume and cell by the structure, of each primitive by the visitor.
+    fn observer(&mut self) -> &mut impl Observer;
 }
 
 /// What every visitor knows: the primitives in slot order, their numbers, the ray, who watches.
@@ -133,14 +130,9 @@ impl<P: Primitives, O: Observer> Visit for ClosestHit<'_, P, O> {
         ControlFlow::Continue(())
     }
 
-    #[inline]
-    fn volume(&mut self, test: VolumeTest) {
-        self.asked.observer.volume(test);
-    }
-
-    #[inline]
-    fn cell(&mut self, visit: CellVisit) {
-        self.asked.observer.cell(visit);
+    #[inline(always)]
+    fn observer(&mut self) -> &mut impl Observer {
+        &mut *self.asked.observer
     }
 }
 
@@ -178,14 +170,9 @@ impl<P: Primitives, O: Observer> Visit for Occluded<'_, P, O> {
         ControlFlow::Continue(())
     }
 
-    #[inline]
-    fn volume(&mut self, test: VolumeTest) {
-        self.asked.observer.volume(test);
-    }
-
-    #[inline]
-    fn cell(&mut self, visit: CellVisit) {
-        self.asked.observer.cell(visit);
+    #[inline(always)]
+    fn observer(&mut self) -> &mut impl Observer {
+        &mut *self.asked.observer
     }
 }
 
@@ -227,13 +214,8 @@ impl<P: Primitives, O: Observer> Visit for AllHits<'_, P, O> {
         ControlFlow::Continue(())
     }
 
-    #[inline]
-    fn volume(&mut self, test: VolumeTest) {
-        self.asked.observer.volume(test);
-    }
-
-    #[inline]
-    fn cell(&mut self, visit: CellVisit) {
-        self.asked.observer.cell(visit);
+    #[inline(always)]
+    fn observer(&mut self) -> &mut impl Observer {
+        &mut *self.asked.observer
     }
 }
