@@ -6,42 +6,19 @@
     reason = "a global allocator that counts can't be written without"
 )]
 
+#[path = "support/allocator.rs"]
+mod allocator;
 #[path = "support/mutate.rs"]
 mod mutate;
 #[path = "support/tiny_gltf.rs"]
 mod tiny_gltf;
 
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
+use std::sync::atomic::Ordering::Relaxed;
 
+use allocator::{HELD, PEAK};
 use boxwood_scene::{Limits, load_bytes};
 use mutate::{Random, mutate};
 use tiny_gltf::everything;
-
-/// The system's allocator, with the bytes held now and at most.
-struct Counting;
-
-static HELD: AtomicUsize = AtomicUsize::new(0);
-static PEAK: AtomicUsize = AtomicUsize::new(0);
-
-// SAFETY: every call goes on to the system's allocator with the same arguments.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        let held = HELD.fetch_add(layout.size(), Relaxed) + layout.size();
-        PEAK.fetch_max(held, Relaxed);
-        // SAFETY: the caller's promises are passed on.
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, block: *mut u8, layout: Layout) {
-        HELD.fetch_sub(layout.size(), Relaxed);
-        // SAFETY: the caller's promises are passed on.
-        unsafe { System.dealloc(block, layout) }
-    }
-}
-
-#[global_allocator]
-static ALLOCATOR: Counting = Counting;
 
 #[test]
 fn mutants_never_panic_and_never_cost_more_than_their_size_allows() {
