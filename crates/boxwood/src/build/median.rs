@@ -1,12 +1,15 @@
 //! The lecture's practical solution, by count: half of the primitives on each side of an axis.
 
 use super::top_down::{Set, Split, top_down};
-use super::{AxisRule, BuildOptions, Topology};
-use crate::geom::Aabb;
+use super::{AxisRule, BuildInput, BuildOptions, Topology};
+use crate::error::BuildError;
 
-pub(super) fn build(boxes: &[Aabb], options: &BuildOptions) -> Topology {
+pub(super) fn build(
+    input: &BuildInput<'_>,
+    options: &BuildOptions,
+) -> Result<Topology, BuildError> {
     top_down(
-        boxes,
+        input,
         options,
         &Median {
             axis: options.axis,
@@ -21,11 +24,11 @@ struct Median {
 }
 
 impl Split for Median {
-    fn split(&self, set: &mut Set<'_>) -> Option<usize> {
+    fn split(&self, set: &mut Set<'_>) -> Result<Option<usize>, BuildError> {
         if set.refs.len() <= self.leaf_limit {
-            return None;
+            return Ok(None);
         }
-        let axis = set.axis(self.axis, &set.bounds().1);
-        Some(set.halve(axis))
+        let axis = set.axis(self.axis, &set.centers);
+        Ok(Some(set.halve(axis)))
     }
 }

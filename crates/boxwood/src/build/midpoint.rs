@@ -1,12 +1,15 @@
 //! The lecture's practical solution, by space: the middle of the centres' extent along an axis.
 
 use super::top_down::{Set, Split, top_down};
-use super::{AxisRule, BuildOptions, Topology};
-use crate::geom::Aabb;
+use super::{AxisRule, BuildInput, BuildOptions, Topology};
+use crate::error::BuildError;
 
-pub(super) fn build(boxes: &[Aabb], options: &BuildOptions) -> Topology {
+pub(super) fn build(
+    input: &BuildInput<'_>,
+    options: &BuildOptions,
+) -> Result<Topology, BuildError> {
     top_down(
-        boxes,
+        input,
         options,
         &Midpoint {
             axis: options.axis,
@@ -22,13 +25,14 @@ struct Midpoint {
 
 impl Split for Midpoint {
     /// One side may stay empty (equal centres, or a round-robin axis without extent); the frame then halves.
-    fn split(&self, set: &mut Set<'_>) -> Option<usize> {
+    fn split(&self, set: &mut Set<'_>) -> Result<Option<usize>, BuildError> {
         if set.refs.len() <= self.leaf_limit {
-            return None;
+            return Ok(None);
         }
-        let centers = set.bounds().1;
+        let centers = set.centers;
         let axis = set.axis(self.axis, &centers);
         let middle = centers.center()[axis];
-        Some(set.partition(|r| r.center2_along(axis) < middle))
+        let middle = set.partition(|r| r.center2_along(axis) < middle);
+        Ok(Some(middle))
     }
 }

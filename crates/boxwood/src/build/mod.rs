@@ -1,107 +1,55 @@
 //! Building the hierarchy: boxes in, tree out. A builder never sees a shape.
 //!
-//! Every builder works top-down: it splits a set of boxes in two until a set is small enough to be a leaf. They differ
-//! in *where* they split, and that is all that their files hold (see `top_down.rs`). A new one is one file and one line
-//! in [`BUILDERS`].
+//! Most builders work top-down: they split a set of boxes in two until a set is small enough to be a leaf. Those of the
+//! lecture differ in *where* they split, and that is all that their files hold (see `top_down.rs`). `morton` works bottom-up;
+//! `binned` has a frame of its own, made for speed, and then moves nodes to better places; `refined` is `binned` with more of
+//! that. A new one is one file and one line in [`BUILDERS`].
+//!
+//! The tree is binary ([`Topology`]); [`Topology::collapse`] makes it up to eight wide.
 
 mod binned;
+mod collapse;
+mod fragment;
+mod input;
+mod measure;
 mod median;
 mod midpoint;
+mod morton;
+mod options;
+mod presplit;
+mod refined;
+mod reinsert;
 mod sweep;
 mod top_down;
+mod topology;
 
-use crate::geom::Aabb;
+pub use collapse::{CollapseOptions, CollapseRule, LeafCost, WideTopology};
+pub use input::{BuildInput, LeafRule, Progress};
+pub use options::{AxisRule, BuildOptions, PRESETS, Preset};
+pub use topology::{Topology, TopologyNode};
+
+use crate::error::BuildError;
 pub(crate) use top_down::MAX_DEPTH;
-
-/// What can be asked of a build; `Default` is a good choice.
-///
-/// ```
-/// use boxwood::{AxisRule, BuildOptions, Builder};
-/// let as_on_the_slides = BuildOptions { axis: AxisRule::RoundRobin, ..BuildOptions::with(Builder::MEDIAN) };
-/// # let _ = as_on_the_slides;
-/// ```
-#[derive(Clone, Debug, PartialEq)]
-pub struct BuildOptions {
-    /// Where sets are split. Default: [`Builder::BINNED`].
-    pub builder: Builder,
-    /// The name of the bounding volume of tree nodes, from [`VOLUMES`](crate::VOLUMES). Default: `aabb`.
-    pub volume: &'static str,
-    /// Along which axis `median` and `midpoint` split. Default: the longest.
-    pub axis: AxisRule,
-    /// Most primitives in a leaf, 1 to 255. More: smaller tree, slower rays. Default: 4.
-    pub max_leaf: u32,
-    /// Bins per axis of the `binned` builder, 2 to 64. More: better splits, slower build. Default: 32.
-    pub bins: u32,
-    /// What a primitive test costs, where visiting a node costs 1; the surface area heuristic weighs by it. Default: 0.6.
-    pub primitive_cost: f32,
-    /// Cells per primitive of the uniform grid, 0.01 to 64. Default: 4.
-    pub grid_density: f32,
-}
-
-impl Default for BuildOptions {
-    fn default() -> Self {
-        Self {
-            builder: Builder::BINNED,
-            volume: "aabb",
-            axis: AxisRule::Longest,
-            max_leaf: 4,
-            bins: 32,
-            primitive_cost: 0.6,
-            grid_density: 4.0,
-        }
-    }
-}
-
-impl BuildOptions {
-    /// The defaults with another builder.
-    pub fn with(builder: Builder) -> Self {
-        Self {
-            builder,
-            ..Self::default()
-        }
-    }
-
-    /// `grid_density` in its range.
-    pub(crate) fn cells_per_primitive(&self) -> f64 {
-        let density = self.grid_density;
-        f64::from(if density.is_nan() {
-            4.0
-        } else {
-            density.clamp(0.01, 64.0)
-        })
-    }
-
-    /// `max_leaf` in its range.
-    pub(crate) fn leaf_limit(&self) -> usize {
-        self.max_leaf.clamp(1, 255) as usize
-    }
-}
-
-/// The lecture's "partition along an axis": which one?
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum AxisRule {
-    /// The one along which the centres are spread farthest.
-    #[default]
-    Longest,
-    /// x, y, z in turn, by depth.
-    RoundRobin,
-}
 
 /// A way to build a tree.
 #[derive(Clone, Copy)]
 pub struct Builder {
-    /// `median`, `midpoint`, `binned`, `sweep`.
+    /// `median`, `midpoint`, `morton`, `binned`, `refined`, `sweep`.
     pub name: &'static str,
     /// One line for `boxwood list`.
     pub about: &'static str,
-    build: fn(&[Aabb], &BuildOptions) -> Topology,
+    build: fn(&BuildInput<'_>, &BuildOptions) -> Result<Topology, BuildError>,
+    /// Bytes held at most while building over so many boxes, the result included.
+    memory: fn(usize, &BuildOptions) -> usize,
 }
 
 /// Every builder. Add a line here.
 pub const BUILDERS: &[Builder] = &[
     Builder::MEDIAN,
     Builder::MIDPOINT,
+    Builder::MORTON,
     Builder::BINNED,
+    Builder::REFINED,
     Builder::SWEEP,
 ];
 
@@ -111,24 +59,42 @@ impl Builder {
         name: "median",
         about: "half of the primitives on each side of an axis",
         build: median::build,
+        memory: top_down::memory,
     };
     /// Half of the space on each side.
     pub const MIDPOINT: Self = Self {
         name: "midpoint",
         about: "half of the space on each side of an axis",
         build: midpoint::build,
+        memory: top_down::memory,
+    };
+    /// Bottom-up: neighbours along a Morton curve are merged.
+    pub const MORTON: Self = Self {
+        name: "morton",
+        about: "neighbours along a Morton curve merged, smallest boxes first: fast",
+        build: morton::build,
+        memory: morton::memory,
     };
     /// Surface area heuristic over bins.
     pub const BINNED: Self = Self {
         name: "binned",
         about: "surface area heuristic, centres sorted into bins",
         build: binned::build,
+        memory: binned::memory,
+    };
+    /// [`Builder::BINNED`], then nodes are put where they cost least.
+    pub const REFINED: Self = Self {
+        name: "refined",
+        about: "binned, then nodes put where they cost least; slivers are split: slow, for many rays",
+        build: refined::build,
+        memory: refined::memory,
     };
     /// Surface area heuristic over all splits.
     pub const SWEEP: Self = Self {
         name: "sweep",
         about: "surface area heuristic, every split along every axis",
         build: sweep::build,
+        memory: top_down::memory,
     };
 
     /// Looks a builder up by name.
@@ -136,10 +102,24 @@ impl Builder {
         BUILDERS.iter().copied().find(|b| b.name == name)
     }
 
-    /// Builds a tree over `boxes[i]` of primitive `i`. Empty and non-finite boxes are left out; no box gives a tree
-    /// without nodes. The same input and options give the same tree for any number of threads. Never panics.
-    pub fn build(&self, boxes: &[Aabb], options: &BuildOptions) -> Topology {
-        (self.build)(boxes, options)
+    /// Builds a tree over the boxes. Those that are empty or out of the domain
+    /// ([`Aabb::is_in_domain`](crate::Aabb::is_in_domain)) are left out; no box gives a tree without nodes. The same
+    /// input and options give the same tree for any number of threads. Never panics.
+    ///
+    /// # Errors
+    /// [`BuildError::OutOfMemory`] if the system refuses the memory (see [`Builder::memory`]), and
+    /// [`BuildError::Cancelled`] if [`BuildOptions::progress`] says so.
+    pub fn build(
+        &self,
+        input: &BuildInput<'_>,
+        options: &BuildOptions,
+    ) -> Result<Topology, BuildError> {
+        (self.build)(input, options)
+    }
+
+    /// How many bytes [`Builder::build`] holds at most over `count` boxes, the tree that it gives included.
+    pub fn memory(&self, count: usize, options: &BuildOptions) -> usize {
+        (self.memory)(count, options)
     }
 }
 
@@ -157,41 +137,11 @@ impl PartialEq for Builder {
     }
 }
 
-/// The shape of a binary tree, without volumes: structures dress it with those.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Topology {
-    /// The root first; children stand side by side after their parent. At most `2 n - 1` nodes, at most 96 deep.
-    pub nodes: Vec<TopologyNode>,
-    /// Slot to primitive: leaves are ranges of slots.
-    pub order: Vec<u32>,
-}
-
-/// A node of a [`Topology`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct TopologyNode {
-    /// Leaf: its first slot. Inner node: its first child; the second stands beside it.
-    pub first: u32,
-    /// Primitives of a leaf, 0 for an inner node.
-    pub count: u32,
-}
-
-impl TopologyNode {
-    /// The slots of a leaf, empty for an inner node.
-    #[inline]
-    pub fn slots(&self) -> std::ops::Range<u32> {
-        self.first..self.first + self.count
-    }
-
-    /// True if it holds primitives.
-    #[inline]
-    pub fn is_leaf(&self) -> bool {
-        self.count > 0
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geom::Aabb;
+    use crate::simd::InstructionSet;
     use crate::testing::Random;
 
     fn scenes() -> Vec<(&'static str, Vec<Aabb>)> {
@@ -227,7 +177,7 @@ mod tests {
                 (0..126).map(|i| at(2.0_f32.powi(i - 63))).collect(),
             ),
             ("on a line", (0..3000).map(|i| at(i as f32)).collect()),
-            ("huge", (0..100).map(|i| at(i as f32 * 1e28)).collect()),
+            ("huge", (0..100).map(|i| at(i as f32 * 8e27)).collect()),
             (
                 "some empty",
                 cloud(100)
@@ -285,7 +235,9 @@ mod tests {
                             max_leaf,
                             ..BuildOptions::with(*builder)
                         };
-                        let topology = builder.build(&boxes, &options);
+                        let topology = builder
+                            .build(&BuildInput::of_boxes(&boxes), &options)
+                            .unwrap();
                         let kept = boxes.iter().filter(|b| !b.is_empty()).count();
                         assert_eq!(topology.order.len(), kept, "{} of {name}", builder.name);
                         let mut prims = topology.order.clone();
@@ -307,6 +259,81 @@ mod tests {
         }
     }
 
+    #[test]
+    fn every_builder_tells_how_far_it_is_and_ends_when_told() {
+        use std::ops::ControlFlow;
+        use std::sync::{Arc, Mutex};
+        let mut random = Random::new(12);
+        let boxes: Vec<Aabb> = (0..20_000)
+            .map(|_| Aabb::of_points(&[std::array::from_fn(|_| random.unit())]))
+            .collect();
+        let input = BuildInput::of_boxes(&boxes);
+        for builder in BUILDERS {
+            let told = Arc::new(Mutex::new(Vec::new()));
+            let build = |limit: usize| {
+                let listener = Arc::clone(&told);
+                let progress = Progress::new(move |done| {
+                    let mut told = listener.lock().unwrap();
+                    told.push(done);
+                    match told.len() < limit {
+                        true => ControlFlow::Continue(()),
+                        false => ControlFlow::Break(()),
+                    }
+                });
+                let options = BuildOptions {
+                    progress,
+                    ..BuildOptions::with(*builder)
+                };
+                builder.build(&input, &options)
+            };
+            let tree = build(usize::MAX).unwrap();
+            assert_eq!(
+                tree,
+                builder
+                    .build(&input, &BuildOptions::with(*builder))
+                    .unwrap()
+            );
+            let calls = std::mem::take(&mut *told.lock().unwrap());
+            let name = builder.name;
+            assert!(calls.len() > 4 && calls[0] == 0.0, "{name}: {calls:?}");
+            assert!(
+                calls.iter().all(|done| (0.0..=1.0).contains(done)),
+                "{name}"
+            );
+            for limit in [1, 2, calls.len()] {
+                assert_eq!(
+                    build(limit),
+                    Err(BuildError::Cancelled),
+                    "{name} at {limit}"
+                );
+                told.lock().unwrap().clear();
+            }
+        }
+    }
+
+    #[test]
+    fn the_tree_does_not_depend_on_the_instruction_set() {
+        let mut random = Random::new(14);
+        let boxes: Vec<Aabb> = (0..6000)
+            .map(|_| {
+                let p: [f32; 3] = std::array::from_fn(|_| random.unit());
+                Aabb::of_points(&[p, p.map(|x| x + 0.1 * random.unit())])
+            })
+            .collect();
+        for builder in BUILDERS {
+            let trees = InstructionSet::available().into_iter().map(|instructions| {
+                let options = BuildOptions {
+                    instructions,
+                    ..BuildOptions::with(*builder)
+                };
+                let input = BuildInput::of_boxes(&boxes).with_leaves(LeafRule::ROWS_OF_8);
+                builder.build(&input, &options).unwrap()
+            });
+            let trees: Vec<Topology> = trees.collect();
+            assert!(trees.iter().all(|t| *t == trees[0]), "{}", builder.name);
+        }
+    }
+
     #[cfg(feature = "rayon")]
     #[test]
     fn the_tree_does_not_depend_on_the_number_of_threads() {
@@ -323,7 +350,11 @@ mod tests {
                     .num_threads(threads)
                     .build()
                     .unwrap();
-                pool.install(|| builder.build(&boxes, &BuildOptions::with(*builder)))
+                pool.install(|| {
+                    builder
+                        .build(&BuildInput::of_boxes(&boxes), &BuildOptions::with(*builder))
+                        .unwrap()
+                })
             };
             let one = on(1);
             assert!(one == on(2) && one == on(7), "{}", builder.name);

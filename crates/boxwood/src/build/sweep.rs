@@ -3,16 +3,21 @@
 //!
 //! MacDonald and Booth, "Heuristics for Ray Tracing Using Space Subdivision", The Visual Computer 1990.
 
+use super::input::filled;
 use super::top_down::{Reference, Set, Split, top_down};
-use super::{BuildOptions, Topology};
+use super::{BuildInput, BuildOptions, Topology};
+use crate::error::BuildError;
 use crate::geom::Aabb;
 
-pub(super) fn build(boxes: &[Aabb], options: &BuildOptions) -> Topology {
+pub(super) fn build(
+    input: &BuildInput<'_>,
+    options: &BuildOptions,
+) -> Result<Topology, BuildError> {
     let split = Sweep {
         leaf_limit: options.leaf_limit(),
         primitive_cost: f64::from(options.primitive_cost),
     };
-    top_down(boxes, options, &split)
+    top_down(input, options, &split)
 }
 
 struct Sweep {
@@ -21,9 +26,9 @@ struct Sweep {
 }
 
 impl Split for Sweep {
-    fn split(&self, set: &mut Set<'_>) -> Option<usize> {
+    fn split(&self, set: &mut Set<'_>) -> Result<Option<usize>, BuildError> {
         let count = set.refs.len();
-        let mut right_areas = vec![0.0; count];
+        let mut right_areas = filled(0.0, count)?;
         let mut best: Option<(f64, usize, usize)> = None;
         let mut area = 0.0;
         for axis in 0..3 {
@@ -44,14 +49,16 @@ impl Split for Sweep {
             }
             area = bounds.union(&set.refs[count - 1].bounds).half_area();
         }
-        let (cost, axis, middle) = best?;
+        let Some((cost, axis, middle)) = best else {
+            return Ok(None);
+        };
         let split_cost = 1.0 + cost * self.primitive_cost / area;
         // Not `>=`: a NaN of two areas of 0 makes a leaf.
         if count <= self.leaf_limit && !(split_cost < count as f64 * self.primitive_cost) {
-            return None;
+            return Ok(None);
         }
         sort(set.refs, axis);
-        Some(middle)
+        Ok(Some(middle))
     }
 }
 

@@ -1,12 +1,14 @@
 //! The frame of every builder here: split a set in two, again and again.
 
-use super::{AxisRule, BuildOptions, Topology, TopologyNode};
+use super::input::{Watch, room};
+use super::{AxisRule, BuildInput, BuildOptions, Topology, TopologyNode};
+use crate::error::BuildError;
 use crate::geom::Aabb;
 use glam::Vec3A;
 
 /// No node is deeper. After [`PATIENCE`] levels a builder's own rule gives way to halving, which ends in 32 more.
 pub(crate) const MAX_DEPTH: usize = PATIENCE + 33;
-const PATIENCE: usize = 63;
+pub(super) const PATIENCE: usize = 63;
 
 /// A primitive on its way into the tree: 28 bytes, moved rather than pointed to.
 #[derive(Clone, Copy, Debug)]
@@ -16,12 +18,6 @@ pub(crate) struct Reference {
 }
 
 impl Reference {
-    /// Twice the centre of the box.
-    #[inline]
-    pub(crate) fn center2(&self) -> Vec3A {
-        Vec3A::from(self.bounds.min) + Vec3A::from(self.bounds.max)
-    }
-
     /// Twice the centre of the box along one axis.
     #[inline]
     pub(crate) fn center2_along(&self, axis: usize) -> f32 {
@@ -33,24 +29,31 @@ impl Reference {
 pub(crate) struct Set<'a> {
     pub(crate) refs: &'a mut [Reference],
     pub(crate) depth: usize,
+    /// The box around everything.
+    pub(crate) bounds: Aabb,
+    /// The box around the doubled centres.
+    pub(crate) centers: Aabb,
 }
 
-impl Set<'_> {
-    /// The box around everything, and the box around the doubled centres.
-    pub(crate) fn bounds(&self) -> (Aabb, Aabb) {
+impl<'a> Set<'a> {
+    fn new(refs: &'a mut [Reference], depth: usize) -> Self {
         let empty = (Vec3A::INFINITY, Vec3A::NEG_INFINITY);
         let (mut all, mut centers) = (empty, empty);
-        for r in self.refs.iter() {
+        for r in refs.iter() {
             let (min, max) = (Vec3A::from(r.bounds.min), Vec3A::from(r.bounds.max));
             all = (all.0.min(min), all.1.max(max));
             centers = (centers.0.min(min + max), centers.1.max(min + max));
         }
-        [all, centers]
-            .map(|(min, max)| Aabb {
-                min: min.to_array(),
-                max: max.to_array(),
-            })
-            .into()
+        let [bounds, centers] = [all, centers].map(|(min, max)| Aabb {
+            min: min.to_array(),
+            max: max.to_array(),
+        });
+        Self {
+            refs,
+            depth,
+            bounds,
+            centers,
+        }
     }
 
     /// Brings the half with the smaller centres to the front and returns its length. Equal centres are told apart by
@@ -106,128 +109,142 @@ pub(crate) fn longest(bounds: &Aabb) -> usize {
 /// Where to split: reorders the set and returns the length of its first part, or `None` for a leaf. A set larger
 /// than the leaf limit is never a leaf; if the answer for it is not a real split, it is halved.
 pub(crate) trait Split: Sync {
-    fn split(&self, set: &mut Set<'_>) -> Option<usize>;
+    fn split(&self, set: &mut Set<'_>) -> Result<Option<usize>, BuildError>;
 }
 
-/// Runs the frame. `O(n log n)` calls of constant work per primitive; the scratch memory is 28 bytes per primitive.
-pub(crate) fn top_down(boxes: &[Aabb], options: &BuildOptions, split: &impl Split) -> Topology {
-    let finite = |b: &Aabb| !b.is_empty() && b.min.iter().chain(&b.max).all(|x| x.is_finite());
-    let mut refs: Vec<Reference> = boxes
-        .iter()
-        .zip(0..)
-        .filter(|(bounds, _)| finite(bounds))
-        .map(|(bounds, prim)| Reference {
-            bounds: *bounds,
-            prim,
-        })
-        .collect();
-    if refs.is_empty() {
-        return Topology::default();
-    }
+/// Runs the frame. `O(n log n)` calls of constant work per primitive.
+pub(crate) fn top_down(
+    input: &BuildInput<'_>,
+    options: &BuildOptions,
+    split: &impl Split,
+) -> Result<Topology, BuildError> {
+    let kept = |(bounds, _): &(&Aabb, u32)| bounds.is_in_domain();
+    let mut refs = room(input.boxes.len())?;
+    refs.extend(
+        input
+            .boxes
+            .iter()
+            .zip(0..)
+            .filter(kept)
+            .map(|(bounds, prim)| Reference {
+                bounds: *bounds,
+                prim,
+            }),
+    );
     let frame = Frame {
         split,
         leaf_limit: options.leaf_limit(),
+        watch: Watch::start(&options.progress, refs.len())?,
     };
-    let mut nodes = Vec::with_capacity(refs.len());
-    nodes.push(PLACEHOLDER);
-    frame.grow(
-        &mut nodes,
-        0,
-        Set {
-            refs: &mut refs,
-            depth: 0,
-        },
-        0,
-    );
-    Topology {
-        nodes,
-        order: refs.iter().map(|r| r.prim).collect(),
+    if refs.is_empty() {
+        return Ok(Topology::default());
     }
+    let nodes = frame.grow_apart(Set::new(&mut refs, 0), 0)?;
+    let mut order = room(refs.len())?;
+    order.extend(refs.iter().map(|r| r.prim));
+    Ok(Topology {
+        nodes,
+        order,
+        is_split: false,
+    })
 }
 
-const PLACEHOLDER: TopologyNode = TopologyNode { first: 0, count: 0 };
+/// What the frame holds at most: the references, the nodes twice (they are put together from branches), the order.
+pub(crate) fn memory(count: usize, _: &BuildOptions) -> usize {
+    count * (size_of::<Reference>() + 4 * size_of::<TopologyNode>() + size_of::<u32>())
+}
 
-/// Sets above this size are worth a thread.
-#[cfg(feature = "rayon")]
-const PARALLEL: usize = 4096;
+/// Sets above this size are worth a thread, and a word about progress.
+pub(super) const LARGE: usize = 4096;
 
 struct Frame<'a, S> {
     split: &'a S,
     leaf_limit: usize,
+    watch: Watch<'a>,
 }
 
 impl<S: Split> Frame<'_, S> {
     /// Makes `nodes[at]` the root of the tree over `set`, whose first reference is in slot `slot`.
-    fn grow(&self, nodes: &mut Vec<TopologyNode>, at: usize, mut set: Set<'_>, slot: u32) {
+    fn grow(
+        &self,
+        nodes: &mut Vec<TopologyNode>,
+        at: usize,
+        mut set: Set<'_>,
+        slot: u32,
+    ) -> Result<(), BuildError> {
         let count = set.refs.len();
-        let Some(middle) = self.place(&mut set) else {
-            nodes[at] = TopologyNode {
-                first: slot,
-                count: count as u32,
-            };
-            return;
+        let Some(middle) = self.place(&mut set)? else {
+            nodes[at] = TopologyNode::leaf(set.bounds, slot, count as u32);
+            return Ok(());
         };
         let children = nodes.len();
-        nodes[at] = TopologyNode {
-            first: children as u32,
-            count: 0,
-        };
-        nodes.extend([PLACEHOLDER; 2]);
+        nodes[at] = TopologyNode::inner(set.bounds, children as u32);
+        nodes.extend([TopologyNode::PLACEHOLDER; 2]);
         let depth = set.depth + 1;
         let (left, right) = set.refs.split_at_mut(middle);
-        let (left, right) = (Set { refs: left, depth }, Set { refs: right, depth });
         let right_slot = slot + middle as u32;
-        #[cfg(feature = "rayon")]
-        if count > PARALLEL {
-            let (a, b) = rayon::join(
-                || self.grow_apart(left, slot),
-                || self.grow_apart(right, right_slot),
+        if count > LARGE {
+            let (a, b) = join(
+                || self.grow_apart(Set::new(left, depth), slot),
+                || self.grow_apart(Set::new(right, depth), right_slot),
             );
-            graft(nodes, children, &a);
-            graft(nodes, children + 1, &b);
-            return;
+            graft(nodes, children, &a?);
+            graft(nodes, children + 1, &b?);
+            return Ok(());
         }
-        self.grow(nodes, children, left, slot);
-        self.grow(nodes, children + 1, right, right_slot);
+        self.grow(nodes, children, Set::new(left, depth), slot)?;
+        self.grow(nodes, children + 1, Set::new(right, depth), right_slot)
     }
 
     /// The split of a set, by the builder's rule while that keeps the tree shallow.
-    fn place(&self, set: &mut Set<'_>) -> Option<usize> {
+    fn place(&self, set: &mut Set<'_>) -> Result<Option<usize>, BuildError> {
         let count = set.refs.len();
         if count == 1 {
-            return None;
+            return Ok(None);
         }
         if set.depth < PATIENCE {
-            match self.split.split(set) {
-                None if count <= self.leaf_limit => return None,
-                Some(middle) if middle > 0 && middle < count => return Some(middle),
+            match self.split.split(set)? {
+                None if count <= self.leaf_limit => return Ok(None),
+                Some(middle) if middle > 0 && middle < count => return Ok(Some(middle)),
                 _ => {}
             }
         } else if count <= self.leaf_limit {
-            return None;
+            return Ok(None);
         }
-        let axis = longest(&set.bounds().1);
-        Some(set.halve(axis))
+        let axis = longest(&set.centers);
+        Ok(Some(set.halve(axis)))
     }
 
-    #[cfg(feature = "rayon")]
-    fn grow_apart(&self, set: Set<'_>, slot: u32) -> Vec<TopologyNode> {
-        let mut nodes = Vec::with_capacity(set.refs.len());
-        nodes.push(PLACEHOLDER);
-        self.grow(&mut nodes, 0, set, slot);
-        nodes
+    fn grow_apart(&self, set: Set<'_>, slot: u32) -> Result<Vec<TopologyNode>, BuildError> {
+        let count = set.refs.len();
+        let mut nodes = room(2 * count - 1)?;
+        nodes.push(TopologyNode::PLACEHOLDER);
+        self.grow(&mut nodes, 0, set, slot)?;
+        if count <= LARGE {
+            self.watch.advance(count)?;
+        }
+        Ok(nodes)
     }
 }
 
+/// Both, on two threads where that is compiled in.
+pub(crate) fn join<A: Send, B: Send>(
+    a: impl FnOnce() -> A + Send,
+    b: impl FnOnce() -> B + Send,
+) -> (A, B) {
+    #[cfg(feature = "rayon")]
+    return rayon::join(a, b);
+    #[cfg(not(feature = "rayon"))]
+    return (a(), b());
+}
+
 /// Puts a tree that was grown apart in the place where growing in sequence would have put it.
-#[cfg(feature = "rayon")]
-fn graft(nodes: &mut Vec<TopologyNode>, at: usize, branch: &[TopologyNode]) {
+pub(super) fn graft(nodes: &mut Vec<TopologyNode>, at: usize, branch: &[TopologyNode]) {
     let shift = nodes.len() as u32 - 1;
     nodes[at] = shifted(&branch[0], shift);
     nodes.extend(branch[1..].iter().map(|node| shifted(node, shift)));
 }
 
-#[cfg(feature = "rayon")]
 fn shifted(node: &TopologyNode, shift: u32) -> TopologyNode {
     let first = if node.is_leaf() {
         node.first
