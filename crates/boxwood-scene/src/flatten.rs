@@ -49,15 +49,20 @@ impl Model {
     /// Refused, by the name of the instance where one is to blame: more than 2^28 triangles, coordinates that leave
     /// `f32`, and models whose indices don't fit their arrays. Time and memory are linear in the result.
     pub fn flatten(&self) -> Result<FlatMesh, LoadError> {
-        let door = Door::without_files("scene", Limits::default());
-        self.check(&door)?;
-        self.check_flat_size(&door)?;
+        self.check(&Door::without_files("scene", Limits::default()))?;
+        self.flatten_of(&self.instances)
+    }
 
-        let used = |has: fn(&Mesh) -> bool| self.uses().any(|(mesh, _)| has(mesh));
+    /// Multiplies out a choice of the instances of a model that is [checked](Model::check).
+    pub(crate) fn flatten_of(&self, instances: &[Instance]) -> Result<FlatMesh, LoadError> {
+        let door = Door::without_files("scene", Limits::default());
+        self.check_flat_size(instances, &door)?;
+
+        let used = |has: fn(&Mesh) -> bool| self.uses_in(instances).any(|(mesh, _)| has(mesh));
         let has_normals = used(|mesh| !mesh.normals.is_empty());
         let has_uvs = used(|mesh| !mesh.uvs.is_empty());
         let mut flat = FlatMesh::default();
-        for (i, (mesh, instance)) in self.uses().enumerate() {
+        for (i, (mesh, instance)) in self.uses_in(instances).enumerate() {
             let place = Placement::of(&instance.world_from_mesh);
             let first = flat.positions.len();
             flat.append(mesh, &place, has_normals, has_uvs);
@@ -78,26 +83,36 @@ impl Model {
 
     /// Each instance with its mesh. Instances of meshes that don't exist are left out ([`Model::check`] finds them).
     fn uses(&self) -> impl Iterator<Item = (&Mesh, &Instance)> {
-        self.instances
+        self.uses_in(&self.instances)
+    }
+
+    fn uses_in<'a>(
+        &'a self,
+        instances: &'a [Instance],
+    ) -> impl Iterator<Item = (&'a Mesh, &'a Instance)> {
+        instances
             .iter()
             .filter_map(|instance| Some((self.meshes.get(instance.mesh as usize)?, instance)))
     }
 
-    fn check_flat_size(&self, door: &Door) -> Result<(), LoadError> {
+    fn check_flat_size(&self, instances: &[Instance], door: &Door) -> Result<(), LoadError> {
         let limit = door.limits().max_triangles;
-        let triangles = self.triangle_count();
+        let triangles = self
+            .uses_in(instances)
+            .map(|(mesh, _)| mesh.indices.len() as u64)
+            .fold(0, u64::saturating_add);
         let vertices = self
-            .uses()
+            .uses_in(instances)
             .map(|(mesh, _)| mesh.positions.len() as u64)
             .fold(0, u64::saturating_add);
         if triangles > limit {
             let cause = format!(
                 "its {} instances multiply out to {triangles} triangles, the limit is {limit}",
-                self.instances.len()
+                instances.len()
             );
             return Err(door
                 .error(None, cause)
-                .with_remedy("trace the instances, or simplify the meshes"));
+                .with_remedy("keep the instances (`Model::fold`), or simplify the meshes"));
         }
         if vertices > MAX_VERTICES {
             let cause = format!(
@@ -120,7 +135,13 @@ impl FlatMesh {
         )
     }
 
-    fn append(&mut self, mesh: &Mesh, place: &Placement, has_normals: bool, has_uvs: bool) {
+    pub(crate) fn append(
+        &mut self,
+        mesh: &Mesh,
+        place: &Placement,
+        has_normals: bool,
+        has_uvs: bool,
+    ) {
         // Check_flat_size keeps the count below 3 * 2^28.
         let first = self.positions.len() as u32;
         self.positions
@@ -145,7 +166,7 @@ impl FlatMesh {
 }
 
 /// An affine map, written out in scalar arithmetic so that every machine gives the same bits.
-enum Placement {
+pub(crate) enum Placement {
     /// Keeps even the sign of zero.
     Identity,
     /// Columns x, y, z and the translation; then the cofactors, which carry normals.

@@ -19,6 +19,7 @@ mod check;
 mod door;
 mod error;
 mod flatten;
+mod fold;
 mod format;
 mod model;
 #[cfg(test)]
@@ -32,6 +33,7 @@ pub use builtin::{BUILTINS, Builtin, MAX_TRIANGLES, Params, Size};
 pub use door::{Door, Limits};
 pub use error::{LoadError, Place};
 pub use flatten::Bounds;
+pub use fold::Folded;
 pub use format::{FORMATS, Format, load, load_bytes, load_with, open};
 pub use model::{Camera, FlatMesh, Instance, Material, Mesh, Model, Texture};
 pub use simplify::simplify;

@@ -25,6 +25,13 @@ pub enum BuildError {
         /// How many are allowed.
         limit: usize,
     },
+    /// More memory than 32-bit references can tell apart.
+    TooLarge {
+        /// Bytes that the structure would take.
+        bytes: u64,
+        /// How many are allowed.
+        limit: u64,
+    },
     /// No structure, volume or builder has this name.
     UnknownName {
         /// `structure`, `volume` or `builder`.
@@ -34,14 +41,47 @@ pub enum BuildError {
         /// What there is.
         known: Vec<&'static str>,
     },
-    /// Triangles and other primitives in one scene: write a mixture as one set of shapes
-    /// ([`SceneBuilder::shapes`](crate::SceneBuilder::shapes)) or nest it ([`BoundedObject`](crate::BoundedObject)).
+    /// Two of meshes, instances and other primitives in one scene: make each a scene of its own and put them together as
+    /// instances ([`SceneBuilder::instance`](crate::SceneBuilder::instance)), or write a mixture as one set of shapes
+    /// ([`SceneBuilder::shapes`](crate::SceneBuilder::shapes)).
     MixedPrimitives,
+    /// Scenes stand too deep inside each other.
+    NestedTooDeep {
+        /// Levels of instances.
+        depth: u32,
+        /// How many are allowed.
+        limit: u32,
+    },
+    /// Instances inside instances multiply to more than 32-bit ids can tell apart.
+    TooManyPaths {
+        /// How many ways lead to scenes of primitives.
+        count: u64,
+        /// How many are allowed.
+        limit: u32,
+    },
+    /// A scene is to be changed in a mesh that it has not.
+    NoSuchMesh {
+        /// The mesh asked for.
+        geom: u32,
+        /// How many it has.
+        meshes: usize,
+    },
+    /// A scene is to be changed by more or fewer things than it has.
+    WrongCount {
+        /// `transforms` or `triangles`.
+        what: &'static str,
+        /// How many it has.
+        expected: usize,
+        /// How many were given.
+        found: usize,
+    },
     /// The system did not grant the memory.
     OutOfMemory {
         /// What was asked for.
         bytes: usize,
     },
+    /// [`BuildOptions::progress`](crate::BuildOptions::progress) ended the build.
+    Cancelled,
 }
 
 impl fmt::Display for BuildError {
@@ -61,6 +101,12 @@ impl fmt::Display for BuildError {
             Self::TooManyPrimitives { count, limit } => {
                 write!(f, "{count} primitives, at most {limit} are possible")
             }
+            Self::TooLarge { bytes, limit } => {
+                write!(
+                    f,
+                    "the structure would take {bytes} bytes, at most {limit} are possible; make parts of the scene instances"
+                )
+            }
             Self::UnknownName { kind, name, known } => {
                 write!(
                     f,
@@ -71,12 +117,33 @@ impl fmt::Display for BuildError {
             Self::MixedPrimitives => {
                 write!(
                     f,
-                    "a scene holds one kind of primitives; write a mixture as one set of shapes"
+                    "a scene holds one kind of primitives, or instances; make each kind a scene of its own and put those together"
                 )
             }
+            Self::NestedTooDeep { depth, limit } => {
+                write!(
+                    f,
+                    "{depth} levels of scenes inside scenes, at most {limit} are possible"
+                )
+            }
+            Self::TooManyPaths { count, limit } => {
+                write!(
+                    f,
+                    "instances multiply to {count}, fewer than {limit} are possible"
+                )
+            }
+            Self::NoSuchMesh { geom, meshes } => {
+                write!(f, "mesh {geom} is to change, the scene has {meshes}")
+            }
+            Self::WrongCount {
+                what,
+                expected,
+                found,
+            } => write!(f, "{found} {what} for {expected}"),
             Self::OutOfMemory { bytes } => {
                 write!(f, "{bytes} bytes of memory were refused by the system")
             }
+            Self::Cancelled => write!(f, "the build was cancelled"),
         }
     }
 }

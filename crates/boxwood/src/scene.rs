@@ -1,5 +1,12 @@
 //! The front door: from mesh to hit.
 
+mod census;
+mod change;
+mod instance;
+
+pub use census::Census;
+pub use instance::{Instance, Placed};
+
 use crate::build::BuildOptions;
 use crate::error::BuildError;
 use crate::geom::{Aabb, Hit, Ray, Sphere, Triangle};
@@ -7,15 +14,30 @@ use crate::prims::{Custom, Geometry, Shapes, Spheres, Triangles};
 use crate::query::{Counts, Query, Walk};
 use crate::stats::Stats;
 use crate::tables::Structure;
-use std::sync::Arc;
+use instance::{geometry_of, nesting_of, paths_of};
+use std::ops::Range;
+use std::sync::{Arc, OnceLock};
 
 /// Primitives in a structure, ready to be asked. Cheap to share: every query takes `&self`.
+///
+/// A scene never changes. What moves or repeats is made of scenes: [`SceneBuilder::instance`] puts one into
+/// another, and [`Scene::with_transforms`] and [`Scene::with_mesh`] make a new scene from an old one at the price of the change,
+/// while the old one goes on answering.
 pub struct Scene {
     query: Box<dyn Query>,
     geometry: Geometry,
     /// First primitive of each mesh, ascending from 0.
     starts: Vec<u32>,
+    instances: Vec<Instance>,
+    /// First path of each instance, ascending from 0.
+    path_starts: Vec<u32>,
+    paths: u32,
+    nesting: u32,
     structure: &'static str,
+    options: BuildOptions,
+    /// The SAH cost when the structure was built, once it is asked for.
+    built_cost: OnceLock<f64>,
+    is_refitted: bool,
     skipped: usize,
     bounds: Aabb,
 }
@@ -156,14 +178,15 @@ impl Scene {
 
     /// The triangle of a hit; `None` if the scene is not of triangles or the mesh has no such number.
     pub fn triangle(&self, geom: u32, prim: u32) -> Option<Triangle> {
-        let start = *self.starts.get(geom as usize)?;
-        let end = self
-            .starts
-            .get(geom as usize + 1)
-            .map_or(self.len(), |&next| next as usize);
-        let number = start.checked_add(prim)?;
-        self.triangle_in_scene(number)
-            .filter(|_| (number as usize) < end)
+        let number = self.range(geom)?.nth(prim as usize)?;
+        self.triangle_in_scene(number as u32)
+    }
+
+    /// The numbers in the scene of the primitives of a mesh.
+    fn range(&self, geom: u32) -> Option<Range<usize>> {
+        let start = *self.starts.get(geom as usize)? as usize;
+        let next = self.starts.get(geom as usize + 1);
+        Some(start..next.map_or(self.len(), |&next| next as usize))
     }
 
     /// The triangle with a number that counts through all meshes, as the steps of [`Scene::explain`] have it.
@@ -174,10 +197,16 @@ impl Scene {
         triangles.0.get(number as usize).copied()
     }
 
-    /// Not unit; its length is twice the triangle's area. `None` as for [`Scene::triangle`].
+    /// Not unit; its length is twice the triangle's area. `None` as for [`Scene::triangle`]. On an instance it is turned into
+    /// the world with the surface, on the side where it was: mirrored, it still points outward.
     pub fn normal(&self, hit: &Hit) -> Option<[f32; 3]> {
-        self.triangle(hit.geom, hit.prim)
-            .map(|triangle| triangle.normal())
+        if self.instances.is_empty() {
+            return Some(self.triangle(hit.geom, hit.prim)?.normal());
+        }
+        let placed = self.placed(hit.inst)?;
+        let normal = placed.scene.triangle(hit.geom, hit.prim)?.normal();
+        let turned = placed.world_from_object.normal(normal.map(f64::from));
+        Some(turned.map(|x| x as f32))
     }
 
     /// The box around all primitives that can be hit; empty if there are none.
@@ -185,7 +214,7 @@ impl Scene {
         self.bounds
     }
 
-    /// Number of primitives, those that can never be hit included.
+    /// Number of primitives, those that can never be hit included; of a scene of instances, their number.
     pub fn len(&self) -> usize {
         self.geometry.len()
     }
@@ -196,7 +225,7 @@ impl Scene {
     }
 
     /// How many primitives can never be hit: coordinates that are not finite or beyond 2^100, a negative radius, an empty
-    /// box. (A triangle without area is never hit either, but is not told apart.)
+    /// box, an instance whose matrix cannot be undone (or nearly so: beyond a condition of some 10^8). (A triangle without area is never hit either, but is not told apart.)
     pub fn skipped(&self) -> usize {
         self.skipped
     }
@@ -209,6 +238,11 @@ impl Scene {
     /// Depth, cost, leaf sizes, memory.
     pub fn stats(&self) -> Stats {
         Stats::of(&*self.query)
+    }
+
+    /// What is shown and what is stored, with all that is inside instances.
+    pub fn census(&self) -> Census {
+        Census::of(self)
     }
 
     /// The structure itself. Its hits count primitives through all meshes, with `geom` 0.
@@ -224,6 +258,37 @@ impl Scene {
     /// The primitives, all meshes in a row.
     pub fn geometry(&self) -> &Geometry {
         &self.geometry
+    }
+
+    /// Builds over primitives that are not instances, unless there is a structure already.
+    pub(crate) fn of(
+        geometry: Geometry,
+        starts: Vec<u32>,
+        structure: &'static str,
+        options: &BuildOptions,
+        query: Option<Box<dyn Query>>,
+    ) -> Result<Self, BuildError> {
+        let (count, limit) = (geometry.len(), MAX_PRIMITIVES);
+        if count > limit {
+            return Err(BuildError::TooManyPrimitives { count, limit });
+        }
+        let (bounds, skipped) = geometry.extent();
+        let build = || Structure::named(structure)?.build(&geometry, options);
+        Ok(Self {
+            query: query.map_or_else(build, Ok)?,
+            geometry,
+            starts,
+            instances: Vec::new(),
+            path_starts: Vec::new(),
+            paths: 1,
+            nesting: 0,
+            structure,
+            options: options.clone(),
+            built_cost: OnceLock::new(),
+            is_refitted: false,
+            skipped,
+            bounds,
+        })
     }
 
     /// From a number in the scene to mesh and number in the mesh.
@@ -264,11 +329,37 @@ fn for_chunks<T: Send>(rays: &[Ray], answers: &mut [T], f: impl Fn(&[Ray], &mut 
     f(rays, answers);
 }
 
+/// Appends the triangles of mesh number `geom`.
+fn gather_mesh(
+    geom: usize,
+    positions: &[[f32; 3]],
+    indices: &[[u32; 3]],
+    triangles: &mut Vec<Triangle>,
+) -> Result<(), BuildError> {
+    triangles.reserve(indices.len());
+    for (triangle, corners) in indices.iter().enumerate() {
+        match corners.map(|index| positions.get(index as usize).copied().ok_or(index)) {
+            [Ok(a), Ok(b), Ok(c)] => triangles.push(Triangle([a, b, c])),
+            [Err(index), ..] | [_, Err(index), _] | [.., Err(index)] => {
+                let vertices = positions.len();
+                return Err(BuildError::IndexOutOfRange {
+                    geom,
+                    triangle,
+                    index,
+                    vertices,
+                });
+            }
+        }
+    }
+    Ok(())
+}
+
 /// Collects primitives and choices for a [`Scene`].
 #[derive(Default)]
 pub struct SceneBuilder {
     triangles: Vec<Triangle>,
     starts: Vec<u32>,
+    instances: Vec<Instance>,
     others: Option<Geometry>,
     structure: Option<String>,
     options: BuildOptions,
@@ -282,21 +373,8 @@ impl SceneBuilder {
     pub fn mesh(mut self, positions: &[[f32; 3]], indices: &[[u32; 3]]) -> Self {
         let geom = self.starts.len();
         self.starts.push(self.triangles.len() as u32);
-        self.triangles.reserve(indices.len());
-        for (triangle, corners) in indices.iter().enumerate() {
-            match corners.map(|index| positions.get(index as usize).copied().ok_or(index)) {
-                [Ok(a), Ok(b), Ok(c)] => self.triangles.push(Triangle([a, b, c])),
-                [Err(index), ..] | [_, Err(index), _] | [.., Err(index)] => {
-                    let vertices = positions.len();
-                    self.refuse(BuildError::IndexOutOfRange {
-                        geom,
-                        triangle,
-                        index,
-                        vertices,
-                    });
-                    break;
-                }
-            }
+        if let Err(error) = gather_mesh(geom, positions, indices, &mut self.triangles) {
+            self.refuse(error);
         }
         self
     }
@@ -343,23 +421,27 @@ impl SceneBuilder {
             return Err(error);
         }
         let structure = Structure::named(self.structure.as_deref().unwrap_or(Structure::DEFAULT))?;
+        let kinds = [
+            !self.starts.is_empty(),
+            !self.instances.is_empty(),
+            self.others.is_some(),
+        ];
+        if kinds.into_iter().filter(|&is_there| is_there).count() > 1 {
+            return Err(BuildError::MixedPrimitives);
+        }
+        let nesting = nesting_of(&self.instances)?;
+        let (path_starts, paths) = paths_of(&self.instances)?;
         let (geometry, starts) = match self.others {
-            Some(_) if !self.starts.is_empty() => return Err(BuildError::MixedPrimitives),
             Some(others) => (others, vec![0]),
+            None if nesting > 0 => (Geometry::Instances(geometry_of(&self.instances)), vec![0]),
             None => (Geometry::Triangles(Triangles(self.triangles)), self.starts),
         };
-        let (count, limit) = (geometry.len(), MAX_PRIMITIVES);
-        if count > limit {
-            return Err(BuildError::TooManyPrimitives { count, limit });
-        }
-        let (bounds, skipped) = geometry.extent();
         Ok(Scene {
-            query: structure.build(&geometry, &self.options)?,
-            skipped,
-            bounds,
-            structure: structure.name,
-            geometry,
-            starts,
+            instances: self.instances,
+            path_starts,
+            paths,
+            nesting,
+            ..Scene::of(geometry, starts, structure.name, &self.options, None)?
         })
     }
 

@@ -7,6 +7,7 @@
 mod bush;
 mod cornell;
 mod hairball;
+mod instanced_grove;
 mod random;
 mod shape;
 mod soup;
@@ -71,6 +72,7 @@ pub const BUILTINS: &[Builtin] = &[
     hairball::BUILTIN,
     soup::BUILTIN,
     sphere::BUILTIN,
+    instanced_grove::BUILTIN,
 ];
 
 /// Largest `n`: some gigabytes of memory.
@@ -239,6 +241,15 @@ mod tests {
             mesh.indices.iter().flatten().for_each(|&i| eat(i));
             mesh.material_of.iter().for_each(|&m| eat(m));
         }
+        for instance in &model.instances {
+            let matrix = instance.world_from_mesh;
+            if matrix != glam::Mat4::IDENTITY {
+                eat(instance.mesh);
+                for x in matrix.to_cols_array() {
+                    eat(x.to_bits());
+                }
+            }
+        }
         for camera in &model.cameras {
             [camera.eye, camera.target]
                 .iter()
@@ -335,6 +346,7 @@ mod tests {
         ("hairball", 0x25cd_ef4e_e92d_972b),
         ("soup", 0x72dc_dd73_2792_fadc),
         ("sphere", 0x8fd4_dcc2_338b_0869),
+        ("instanced_grove", 0x5d04_0857_b232_41cb),
     ];
 
     #[test]
@@ -358,7 +370,7 @@ mod tests {
         assert_eq!(
             refusal("bsh"),
             "builtin:bsh: there is no built-in scene \"bsh\" (did you mean bush? known: bush, cornell, stadium, \
-             terrain, hairball, soup, sphere)"
+             terrain, hairball, soup, sphere, instanced_grove)"
         );
         assert!(refusal("").contains("known: bush"));
         assert!(

@@ -9,6 +9,7 @@ mod obb;
 mod ray;
 mod slab;
 mod sphere;
+mod transform;
 mod triangle;
 
 pub use aabb::Aabb;
@@ -18,6 +19,8 @@ pub use ray::{PreparedRay, Ray};
 pub(crate) use slab::filter_pad;
 pub use slab::{AabbPair, Interval, SlabRay, slab_1d};
 pub use sphere::Sphere;
+pub use transform::{Affine, Transform};
+pub(crate) use transform::{Placement, Slack};
 pub use triangle::{EdgeTrace, Triangle};
 
 /// Coordinates beyond this magnitude (2^100, about 1.27e30) are outside the domain: a primitive that has one is

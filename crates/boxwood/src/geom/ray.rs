@@ -1,6 +1,7 @@
 //! Rays, and the constants that every exact test needs of one.
 
 use super::MAX_COORDINATE;
+use super::float::max;
 
 /// A half-line with a closed range: the points `origin + t * dir` for `t_min <= t <= t_max`.
 ///
@@ -79,6 +80,8 @@ pub struct PreparedRay {
     pub t_max: f32,
     /// Nothing beyond this matters any more: `t_max`, or the closest hit that nested objects have found so far.
     pub limit: f32,
+    /// Instances whose mask shares no bit with this are not there for the ray; all bits set unless asked otherwise.
+    pub mask: u32,
     /// The axis of the largest `|dir|`, after the two others in cyclic order: `[kx, ky, kz]`.
     pub axes: [usize; 3],
     /// `dir[kx] / dir[kz]` and `dir[ky] / dir[kz]`.
@@ -97,49 +100,48 @@ impl PreparedRay {
     #[inline(always)]
     pub fn new(ray: &Ray) -> Option<Self> {
         let [x, y, z] = [ray.dir[0].abs(), ray.dir[1].abs(), ray.dir[2].abs()];
-        let (kz, largest) = if x >= y && x >= z {
-            (0, x)
-        } else if y >= z {
-            (1, y)
-        } else {
-            (2, z)
-        };
-        let [kx, ky] = [[1, 2], [2, 0], [0, 1]][kz];
+        let largest = max(x, max(y, z));
         let [a, b, c] = [
             ray.origin[0].abs(),
             ray.origin[1].abs(),
             ray.origin[2].abs(),
         ];
-        // Every comparison is false on NaN.
-        let valid = a <= MAX_COORDINATE
-            && b <= MAX_COORDINATE
-            && c <= MAX_COORDINATE
-            && largest >= MIN_DIR
-            && largest <= MAX_DIR
-            && x <= largest
-            && y <= largest
-            && z <= largest
-            && !ray.t_min.is_nan()
-            && !ray.t_max.is_nan();
+        // Every comparison is false on NaN. No branch but one, which is always guessed.
+        let valid = (a <= MAX_COORDINATE)
+            & (b <= MAX_COORDINATE)
+            & (c <= MAX_COORDINATE)
+            & (x <= MAX_DIR)
+            & (y <= MAX_DIR)
+            & (z <= MAX_DIR)
+            & (largest >= MIN_DIR)
+            & !ray.t_min.is_nan()
+            & !ray.t_max.is_nan();
         if !valid {
             return None;
         }
+        // Looked up, not branched on: the main axis cannot be guessed, and boxes can be tested before it is known.
+        let order = usize::from(x >= y) | usize::from(x >= z) << 1 | usize::from(y >= z) << 2;
+        let axes = AXES[order];
+        let [kx, ky, kz] = axes;
         let lift = largest * TWO_POW_MINUS_40;
+        let steep = (x < lift) | (y < lift) | (z < lift);
+        let recip = if steep {
+            lifted(ray.dir, lift)
+        } else {
+            ray.dir.map(|d| 1.0 / d)
+        };
         Some(Self {
             origin: ray.origin,
             dir: ray.dir,
             t_min: if ray.t_min > 0.0 { ray.t_min } else { 0.0 },
             t_max: ray.t_max,
             limit: ray.t_max,
-            axes: [kx, ky, kz],
+            mask: u32::MAX,
+            axes,
             shear: [ray.dir[kx] / ray.dir[kz], ray.dir[ky] / ray.dir[kz]],
             t_per_depth: 1.0 / f64::from(ray.dir[kz]),
-            recip: [
-                recip(ray.dir[0], lift),
-                recip(ray.dir[1], lift),
-                recip(ray.dir[2], lift),
-            ],
-            pad_floor: (largest * TWO_POW_MINUS_145).max(TWO_POW_MINUS_110),
+            recip,
+            pad_floor: max(largest * TWO_POW_MINUS_145, TWO_POW_MINUS_110),
         })
     }
 
@@ -150,11 +152,17 @@ impl PreparedRay {
     }
 }
 
-/// `1 / d`, with `d` lifted to at least `lift` in size.
-#[inline(always)]
-fn recip(d: f32, lift: f32) -> f32 {
-    1.0 / if d.abs() < lift { lift.copysign(d) } else { d }
+/// `1 / d`, with each `d` lifted to at least `lift` in size.
+#[cold]
+fn lifted(dir: [f32; 3], lift: f32) -> [f32; 3] {
+    dir.map(|d| 1.0 / if d.abs() < lift { lift.copysign(d) } else { d })
 }
+
+/// The axes by the comparisons x >= y, x >= z, y >= z (bits 0, 1, 2): the largest component last, the first of equals.
+const AXES: [[usize; 3]; 8] = {
+    let (x, y, z) = ([1, 2, 0], [2, 0, 1], [0, 1, 2]);
+    [z, z, z, x, y, y, y, x]
+};
 
 const MAX_DIR: f32 = 1_208_925_819_614_629_174_706_176.0; // 2^80
 const MIN_DIR: f32 = 1.0 / MAX_DIR;

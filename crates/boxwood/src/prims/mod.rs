@@ -1,10 +1,15 @@
 //! Primitives: what can be hit. Structures never see shapes; shapes never see structures.
 
 mod custom;
+mod instances;
+mod parts;
 mod spheres;
 mod triangles;
 
 pub use custom::{Custom, Shapes};
+pub use instances::Instances;
+pub(crate) use instances::{Content, Place};
+pub use parts::Parts;
 pub use spheres::Spheres;
 pub use triangles::Triangles;
 
@@ -52,6 +57,17 @@ pub trait Primitives: Send + Sync + Sized + 'static {
     #[inline(always)]
     fn address(&self, _index: usize) -> *const u8 {
         std::ptr::null()
+    }
+
+    /// These primitives, if they are instances, which have more than one hit each and are asked otherwise.
+    #[inline(always)]
+    fn instances(&self) -> Option<&Instances> {
+        None
+    }
+
+    /// How to take the primitives apart, for builders that split them; `None` if they must stay whole.
+    fn parts(&self) -> Option<&dyn Parts> {
+        None
     }
 
     /// Memory held.
@@ -103,6 +119,8 @@ pub enum Geometry {
     Spheres(Spheres),
     /// The user's own, through a virtual call per test.
     Custom(Custom),
+    /// Whole scenes at other places.
+    Instances(Instances),
 }
 
 /// Calls a generic function on whichever kind of primitives a [`Geometry`] holds.
@@ -112,6 +130,7 @@ macro_rules! with_primitives {
             $crate::prims::Geometry::Triangles($prims) => $body,
             $crate::prims::Geometry::Spheres($prims) => $body,
             $crate::prims::Geometry::Custom($prims) => $body,
+            $crate::prims::Geometry::Instances($prims) => $body,
         }
     };
 }

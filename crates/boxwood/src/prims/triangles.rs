@@ -1,6 +1,7 @@
 //! Triangles with their vertices beside each other: 36 bytes each.
 
 use super::Primitives;
+use super::parts::{Parts, clip_triangle};
 use crate::geom::{Aabb, Candidate, MAX_COORDINATE, PreparedRay, Triangle};
 
 /// A list of triangles.
@@ -49,7 +50,22 @@ impl Primitives for Triangles {
         crate::simd::address(&self.0, index)
     }
 
+    fn parts(&self) -> Option<&dyn Parts> {
+        Some(self)
+    }
+
     fn bytes(&self) -> usize {
         size_of_val(self.0.as_slice())
+    }
+}
+
+impl Parts for Triangles {
+    fn clip(&self, index: u32, cell: &Aabb) -> Aabb {
+        clip_triangle(&self.0[index as usize], cell)
+    }
+
+    fn least_area(&self, index: u32) -> f32 {
+        let [x, y, z] = self.0[index as usize].normal();
+        0.5 * (x.abs() + y.abs() + z.abs())
     }
 }

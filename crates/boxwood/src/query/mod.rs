@@ -1,15 +1,15 @@
 //! The questions, and what answering them costs.
 
-mod observe;
 mod walk;
 
-pub use observe::{
-    CellVisit, Counts, NoObserver, Observer, PrimitiveTest, PrimitiveVerdict, VolumeTest,
-    VolumeVerdict,
+pub use crate::observe::{
+    CellVisit, Counts, InstanceVerdict, InstanceVisit, NoObserver, Observer, PrimitiveTest,
+    PrimitiveVerdict, VolumeTest, VolumeVerdict, Watch,
 };
 pub use walk::{Step, Walk};
 
-use crate::geom::{Aabb, Hit, Ray};
+use crate::geom::{Aabb, Hit, PreparedRay, Ray};
+use crate::prims::Geometry;
 
 /// What every structure answers, for single rays and for slices of rays.
 ///
@@ -43,6 +43,22 @@ pub trait Query: Send + Sync {
 
     /// How [`Query::closest_hit`] comes to its answer, step by step.
     fn explain(&self, ray: &Ray) -> Walk;
+
+    /// [`Query::closest_hit`] for a ray that is ready, watched by whoever is given: how scenes inside scenes are asked,
+    /// and rays with a mask.
+    fn closest_hit_prepared(&self, ray: &PreparedRay, watch: Watch<'_>) -> Option<Hit>;
+
+    /// [`Query::occluded`] for a ray that is ready.
+    fn occluded_prepared(&self, ray: &PreparedRay, watch: Watch<'_>) -> bool;
+
+    /// [`Query::all_hits`] for a ray that is ready.
+    fn all_hits_prepared(&self, ray: &PreparedRay, hits: &mut Vec<Hit>, watch: Watch<'_>);
+
+    /// The same structure around primitives that have moved, cheaper than a new one but not as good; `None` where that
+    /// cannot be, and a new one is to be built. The geometry is of the same kind and length as the one built over.
+    fn refitted(&self, _geometry: &Geometry) -> Option<Box<dyn Query>> {
+        None
+    }
 
     /// Calls `visit` for every node (of a grid: for every cell that is not empty), parents first.
     fn for_each_node(&self, visit: &mut dyn FnMut(NodeInfo));

@@ -1,6 +1,6 @@
 //! A query explained: its steps as data.
 
-use super::{CellVisit, Counts, Observer, PrimitiveTest, VolumeTest};
+use super::{CellVisit, Counts, InstanceVisit, Observer, PrimitiveTest, VolumeTest};
 use crate::geom::Hit;
 
 /// Everything one query did, in order.
@@ -23,6 +23,8 @@ pub enum Step {
     Cell(CellVisit),
     /// A primitive was tested.
     Primitive(PrimitiveTest),
+    /// An instance was come to or left; the steps between are inside it, with its own numbers of nodes and primitives.
+    Instance(InstanceVisit),
 }
 
 impl Observer for Walk {
@@ -43,5 +45,10 @@ impl Observer for Walk {
     fn primitive(&mut self, test: PrimitiveTest) {
         self.counts.primitive(test);
         self.steps.push(Step::Primitive(test));
+    }
+
+    fn instance(&mut self, visit: InstanceVisit) {
+        self.counts.instance(visit);
+        self.steps.push(Step::Instance(visit));
     }
 }

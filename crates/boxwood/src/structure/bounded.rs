@@ -2,8 +2,9 @@
 //! be bounded objects themselves. Its `ray_intersect` asks each child and returns the closest hit.
 
 use super::indexed::Trace;
+use super::instanced::sort_once;
 use super::visit::hit;
-use crate::build::{BuildOptions, Topology};
+use crate::build::{BuildInput, BuildOptions, Topology};
 use crate::error::BuildError;
 use crate::geom::{Aabb, Hit, Interval, PreparedRay, Ray, Sphere, Triangle};
 use crate::prims::{Primitives, Spheres, Tested, Triangles, boxes};
@@ -227,8 +228,30 @@ impl<P: Primitives> Object for PrimitiveObject<P> {
         if !self.is_active {
             return None;
         }
+        if let Some(instances) = self.prims.instances() {
+            return instances.closest_hit(self.index as usize, ray, ray.limit, &mut { observer });
+        }
         let tested = Tested::of(&*self.prims, self.index as usize, ray);
         report(self.index, &tested, ray, observer)
+    }
+
+    fn occludes(&self, ray: &PreparedRay, observer: &mut dyn Observer) -> bool {
+        match self.prims.instances() {
+            Some(instances) if self.is_active => {
+                instances.occluded(self.index as usize, ray, &mut { observer })
+            }
+            _ => self.ray_intersect(ray, observer).is_some(),
+        }
+    }
+
+    fn collect_hits(&self, ray: &PreparedRay, observer: &mut dyn Observer, hits: &mut Vec<Hit>) {
+        match self.prims.instances() {
+            Some(instances) if self.is_active => {
+                let into = (hits, &mut Vec::new());
+                instances.all_hits(self.index as usize, ray, into, &mut { observer });
+            }
+            _ => hits.extend(self.ray_intersect(ray, observer)),
+        }
     }
 
     fn hull(&self, points: &mut Vec<[f32; 3]>) {
@@ -300,10 +323,12 @@ pub struct BoundedTree<V, P> {
 impl<V: BoundingVolume, P: Primitives> BoundedTree<V, P> {
     pub(crate) fn boxed(prims: &P, options: &BuildOptions) -> Result<Box<dyn Query>, BuildError> {
         let boxes = boxes(prims);
-        let topology = options.builder.build(&boxes, options);
+        let topology = options
+            .builder
+            .build(&BuildInput::new(prims, &boxes), options)?;
         let all: Vec<u32> = (0..prims.len() as u32).collect();
         let prims = Arc::new(prims.gather(&all));
-        let volumes = super::dress::dress(&topology, &*prims, &boxes);
+        let volumes = super::dress::dress(&topology, &*prims);
         let nodes = topology.nodes.len();
         let nest = Nest {
             topology,
@@ -349,22 +374,33 @@ impl<V: BoundingVolume, P: Primitives> Nest<V, P> {
     }
 }
 
+impl<V: BoundingVolume, P: Primitives> BoundedTree<V, P> {
+    /// With the padding that the primitives need.
+    fn loosened(&self, ray: &PreparedRay) -> PreparedRay {
+        self.prims
+            .instances()
+            .map_or(*ray, |instances| instances.loosened(ray))
+    }
+}
+
 impl<V: BoundingVolume, P: Primitives> Trace for BoundedTree<V, P> {
     fn closest<O: Observer>(&self, ray: &PreparedRay, observer: &mut O) -> Option<Hit> {
-        self.root.as_ref()?.ray_intersect(ray, observer)
+        self.root
+            .as_ref()?
+            .ray_intersect(&self.loosened(ray), observer)
     }
 
     fn is_occluded<O: Observer>(&self, ray: &PreparedRay, observer: &mut O) -> bool {
         self.root
             .as_ref()
-            .is_some_and(|root| root.occludes(ray, observer))
+            .is_some_and(|root| root.occludes(&self.loosened(ray), observer))
     }
 
     fn collect<O: Observer>(&self, ray: &PreparedRay, hits: &mut Vec<Hit>, observer: &mut O) {
         if let Some(root) = &self.root {
-            root.collect_hits(ray, observer, hits);
+            root.collect_hits(&self.loosened(ray), observer, hits);
         }
-        hits.sort_unstable_by(Hit::order);
+        sort_once(hits);
     }
 
     fn nodes(&self, visit: &mut dyn FnMut(NodeInfo)) {

@@ -2,9 +2,9 @@
 
 pub mod by_hand;
 
-use super::dress::dress;
+use super::dress::{TIGHT, around, dress};
 use super::{Accel, Visit};
-use crate::build::{BuildOptions, MAX_DEPTH, Topology};
+use crate::build::{BuildInput, BuildOptions, MAX_DEPTH, Topology};
 use crate::error::BuildError;
 use crate::geom::{Aabb, Interval, PreparedRay};
 use crate::prims::Primitives;
@@ -12,6 +12,7 @@ use crate::query::{NodeInfo, Observer, VolumeTest, VolumeVerdict};
 use crate::simd::{Stack, address, prefetch};
 use crate::volume::BoundingVolume;
 use std::hint::select_unpredictable;
+use std::ops::Range;
 
 /// A binary tree of volumes. A node holds the volumes of both its children, which are tested together.
 ///
@@ -42,6 +43,17 @@ struct Pair<V: BoundingVolume> {
 struct Child {
     first: u32,
     count: u8,
+}
+
+impl Child {
+    /// All slots under the node, given those under each pair.
+    fn slots(self, below: &[Range<usize>]) -> Range<usize> {
+        let first = self.first as usize;
+        match self.count {
+            0 => below[first].clone(),
+            count => first..first + usize::from(count),
+        }
+    }
 }
 
 /// A node whose turn comes later, its number, and where the ray enters it.
@@ -97,8 +109,10 @@ impl<V: BoundingVolume> Accel for Bvh2<V> {
         boxes: &[Aabb],
         options: &BuildOptions,
     ) -> Result<Self, BuildError> {
-        let topology = options.builder.build(boxes, options);
-        let volumes = dress::<V, P>(&topology, prims, boxes);
+        let topology = options
+            .builder
+            .build(&BuildInput::new(prims, boxes), options)?;
+        let volumes = dress::<V, P>(&topology, prims);
         let child = |node: usize| child(&topology, node);
         let pairs = (1..topology.nodes.len())
             .step_by(2)
@@ -196,6 +210,26 @@ impl<V: BoundingVolume> Accel for Bvh2<V> {
         }
     }
 
+    fn refitted<P: Primitives>(&self, prims: &P, boxes: &[Aabb]) -> Option<Self> {
+        let mut new = Self {
+            bounds: Aabb::of_boxes(boxes),
+            ..self.clone()
+        };
+        // Children stand after their parents: backwards, they are done before.
+        let mut below = vec![0..0; new.pairs.len()];
+        for i in (0..new.pairs.len()).rev() {
+            let children = [0, 1].map(|which| new.pairs[i].child(which));
+            let [a, b] = children.map(|child| new.volume(child, child.slots(&below), prims, boxes));
+            new.pairs[i] = Pair::new([&a, &b], children);
+            below[i] = children[0].slots(&below).start..children[1].slots(&below).end;
+        }
+        new.root = self.root.map(|(_, root)| {
+            let volume = new.volume(root, root.slots(&below), prims, boxes);
+            (volume, root)
+        });
+        Some(new)
+    }
+
     fn for_each_node(&self, visit: &mut dyn FnMut(NodeInfo)) {
         let Some((volume, root)) = &self.root else {
             return;
@@ -225,6 +259,25 @@ impl<V: BoundingVolume> Accel for Bvh2<V> {
 }
 
 impl<V: BoundingVolume> Bvh2<V> {
+    /// The volume of a node whose children have theirs, as [`dress`] has it.
+    fn volume<P: Primitives>(
+        &self,
+        child: Child,
+        slots: Range<usize>,
+        prims: &P,
+        boxes: &[Aabb],
+    ) -> V {
+        let is_leaf = child.count > 0;
+        if V::UNION_IS_TIGHT && is_leaf {
+            let each = self.order[slots].iter().map(|&i| boxes[i as usize]);
+            V::of_aabb(&each.fold(Aabb::EMPTY, |all, b| all.union(&b)))
+        } else if is_leaf || (!V::UNION_IS_TIGHT && slots.len() <= TIGHT) {
+            around(prims, &self.order[slots])
+        } else {
+            V::of_volumes(&V::of_pair(&self.pairs[child.first as usize].volumes))
+        }
+    }
+
     /// Asks for the memory of a node before it is known to be entered. A selection, not a branch: whether it is a leaf
     /// cannot be guessed.
     #[inline(always)]

@@ -1,12 +1,13 @@
 //! A structure together with its primitives: something that can be asked.
 
-use super::Accel;
 use super::visit::{AllHits, Asked, ClosestHit, Occluded};
+use super::{Accel, instanced};
 use crate::build::BuildOptions;
 use crate::error::BuildError;
 use crate::geom::{Hit, PreparedRay, Ray};
-use crate::prims::{Primitives, boxes};
-use crate::query::{Counts, NoObserver, NodeInfo, Observer, Query, Walk};
+use crate::prims::{Geometry, Primitives, boxes, with_primitives};
+use crate::query::{Counts, NoObserver, NodeInfo, Observer, Query, Walk, Watch};
+use std::any::Any;
 
 /// An [`Accel`] with the primitives in its order.
 pub struct Indexed<A, P> {
@@ -56,6 +57,10 @@ pub trait Trace: Send + Sync {
     fn is_occluded<O: Observer>(&self, ray: &PreparedRay, observer: &mut O) -> bool;
     /// Adds to `hits`, sorted; see [`Query::all_hits`].
     fn collect<O: Observer>(&self, ray: &PreparedRay, hits: &mut Vec<Hit>, observer: &mut O);
+    /// See [`Query::refitted`].
+    fn refit(&self, _geometry: &Geometry) -> Option<Box<dyn Query>> {
+        None
+    }
     /// See [`Query::for_each_node`].
     fn nodes(&self, visit: &mut dyn FnMut(NodeInfo));
     /// See [`Query::bytes`].
@@ -65,6 +70,9 @@ pub trait Trace: Send + Sync {
 impl<A: Accel, P: Primitives> Trace for Indexed<A, P> {
     #[inline]
     fn closest<O: Observer>(&self, ray: &PreparedRay, observer: &mut O) -> Option<Hit> {
+        if let Some(instances) = self.prims.instances() {
+            return instanced::closest(&self.accel, instances, ray, observer);
+        }
         let mut visitor = ClosestHit::new(self.ask(ray, observer));
         self.accel.traverse(ray, &mut visitor);
         visitor.answer()
@@ -72,6 +80,9 @@ impl<A: Accel, P: Primitives> Trace for Indexed<A, P> {
 
     #[inline]
     fn is_occluded<O: Observer>(&self, ray: &PreparedRay, observer: &mut O) -> bool {
+        if let Some(instances) = self.prims.instances() {
+            return instanced::is_occluded(&self.accel, instances, ray, observer);
+        }
         let mut visitor = Occluded {
             asked: self.ask(ray, observer),
             found: false,
@@ -81,12 +92,35 @@ impl<A: Accel, P: Primitives> Trace for Indexed<A, P> {
     }
 
     fn collect<O: Observer>(&self, ray: &PreparedRay, hits: &mut Vec<Hit>, observer: &mut O) {
+        if let Some(instances) = self.prims.instances() {
+            return instanced::collect(&self.accel, instances, ray, hits, observer);
+        }
         let mut visitor = AllHits {
             asked: self.ask(ray, observer),
             hits,
         };
         self.accel.traverse(ray, &mut visitor);
         visitor.finish();
+    }
+
+    fn refit(&self, geometry: &Geometry) -> Option<Box<dyn Query>> {
+        let prims = with_primitives!(geometry, p => (p as &dyn Any).downcast_ref::<P>())?;
+        let boxes = boxes(prims);
+        // Those that can be hit, and no others, must have slots.
+        let mut has_slot = vec![false; boxes.len()];
+        for &prim in self.accel.order() {
+            *has_slot.get_mut(prim as usize)? = true;
+        }
+        if has_slot
+            .iter()
+            .zip(&boxes)
+            .any(|(has, b)| *has == b.is_empty())
+        {
+            return None;
+        }
+        let accel = self.accel.refitted(prims, &boxes)?;
+        let prims = prims.gather(accel.order());
+        Some(Box::new(Self { accel, prims }))
     }
 
     fn nodes(&self, visit: &mut dyn FnMut(NodeInfo)) {
@@ -150,6 +184,32 @@ impl<T: Trace> Query for T {
         walk.ray();
         walk.hit = PreparedRay::new(ray).and_then(|ray| self.closest(&ray, &mut walk));
         walk
+    }
+
+    fn closest_hit_prepared(&self, ray: &PreparedRay, watch: Watch<'_>) -> Option<Hit> {
+        match watch {
+            None => self.closest(ray, &mut NoObserver),
+            Some(mut observer) => self.closest(ray, &mut observer),
+        }
+    }
+
+    fn occluded_prepared(&self, ray: &PreparedRay, watch: Watch<'_>) -> bool {
+        match watch {
+            None => self.is_occluded(ray, &mut NoObserver),
+            Some(mut observer) => self.is_occluded(ray, &mut observer),
+        }
+    }
+
+    fn all_hits_prepared(&self, ray: &PreparedRay, hits: &mut Vec<Hit>, watch: Watch<'_>) {
+        hits.clear();
+        match watch {
+            None => self.collect(ray, hits, &mut NoObserver),
+            Some(mut observer) => self.collect(ray, hits, &mut observer),
+        }
+    }
+
+    fn refitted(&self, geometry: &Geometry) -> Option<Box<dyn Query>> {
+        self.refit(geometry)
     }
 
     fn for_each_node(&self, visit: &mut dyn FnMut(NodeInfo)) {

@@ -13,6 +13,49 @@ pub trait Observer {
     fn cell(&mut self, _visit: CellVisit) {}
     /// A primitive was tested.
     fn primitive(&mut self, _test: PrimitiveTest) {}
+    /// An instance was come to, or left again.
+    fn instance(&mut self, _visit: InstanceVisit) {}
+    /// False if nothing is done with all this: then scenes inside scenes need not tell.
+    fn is_watching(&self) -> bool {
+        true
+    }
+}
+
+/// Who watches a query whose type knows no observer; `None` costs nothing.
+pub type Watch<'a> = Option<&'a mut dyn Observer>;
+
+/// The observer as scenes inside scenes take it.
+#[inline]
+pub(crate) fn watch<O: Observer>(observer: &mut O) -> Watch<'_> {
+    observer
+        .is_watching()
+        .then_some(observer as &mut dyn Observer)
+}
+
+impl<O: Observer + ?Sized> Observer for &mut O {
+    fn ray(&mut self) {
+        (**self).ray();
+    }
+
+    fn volume(&mut self, test: VolumeTest) {
+        (**self).volume(test);
+    }
+
+    fn cell(&mut self, visit: CellVisit) {
+        (**self).cell(visit);
+    }
+
+    fn primitive(&mut self, test: PrimitiveTest) {
+        (**self).primitive(test);
+    }
+
+    fn instance(&mut self, visit: InstanceVisit) {
+        (**self).instance(visit);
+    }
+
+    fn is_watching(&self) -> bool {
+        (**self).is_watching()
+    }
 }
 
 /// One bounding volume against the ray.
@@ -91,11 +134,42 @@ pub enum PrimitiveVerdict {
     Closest,
 }
 
+/// One instance on the ray's way.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct InstanceVisit {
+    /// Number of the instance in the scene that it stands in.
+    pub instance: u32,
+    /// What follows.
+    pub verdict: InstanceVerdict,
+    /// Operations spent on turning the ray.
+    pub flops: u32,
+    /// Memory read.
+    pub bytes: u32,
+}
+
+/// What becomes of the ray at an instance.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum InstanceVerdict {
+    /// It goes on inside, turned into the instance's own space.
+    Enter,
+    /// It and the instance have no bit of their masks in common.
+    Masked,
+    /// In the instance's space it would not be a ray: out of range.
+    Miss,
+    /// It comes out again.
+    Leave,
+}
+
 /// Ignores everything.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct NoObserver;
 
-impl Observer for NoObserver {}
+impl Observer for NoObserver {
+    #[inline(always)]
+    fn is_watching(&self) -> bool {
+        false
+    }
+}
 
 /// The work of queries, added up.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -108,6 +182,8 @@ pub struct Counts {
     pub boxes: u64,
     /// Primitive tests.
     pub prims: u64,
+    /// Instances entered.
+    pub instances: u64,
     /// Floating-point operations of the tests above: additions, subtractions, products, quotients, roots, minima and
     /// maxima, by the constants that stand beside each test. As on the slides, a comparison that only decides where to
     /// go on is not counted, nor is preparing a ray.
@@ -143,6 +219,13 @@ impl Observer for Counts {
         self.flops += u64::from(test.flops);
         self.bytes += u64::from(test.bytes);
     }
+
+    #[inline]
+    fn instance(&mut self, visit: InstanceVisit) {
+        self.instances += u64::from(visit.verdict == InstanceVerdict::Enter);
+        self.flops += u64::from(visit.flops);
+        self.bytes += u64::from(visit.bytes);
+    }
 }
 
 impl AddAssign for Counts {
@@ -151,6 +234,7 @@ impl AddAssign for Counts {
         self.nodes += other.nodes;
         self.boxes += other.boxes;
         self.prims += other.prims;
+        self.instances += other.instances;
         self.flops += other.flops;
         self.bytes += other.bytes;
     }
