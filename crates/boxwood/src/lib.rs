@@ -38,6 +38,7 @@ pub mod structure;
 pub mod volume;
 
 mod error;
+mod observe;
 mod scene;
 mod simd;
 mod stats;
@@ -45,11 +46,12 @@ mod tables;
 #[cfg(test)]
 mod testing;
 
-pub use build::{AxisRule, BUILDERS, BuildOptions, Builder};
+pub use build::{AxisRule, BUILDERS, BuildOptions, Builder, PRESETS, Preset, Progress};
 pub use error::BuildError;
-pub use geom::{Aabb, Hit, Interval, Obb, Ray, Sphere, Triangle};
+pub use geom::{Aabb, Affine, Hit, Interval, Obb, Ray, Sphere, Transform, Triangle};
 pub use query::{Counts, Query, Step, Walk};
-pub use scene::{Scene, SceneBuilder};
+pub use scene::{Census, Instance, Placed, Scene, SceneBuilder};
+pub use simd::InstructionSet;
 pub use stats::Stats;
 pub use structure::{BoundedObject, Object};
 pub use tables::{STRUCTURES, Structure, VOLUMES, Volume};

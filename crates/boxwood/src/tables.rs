@@ -6,7 +6,8 @@ use crate::error::BuildError;
 use crate::geom::{Aabb, Obb, Sphere};
 use crate::prims::{Geometry, with_primitives};
 use crate::query::Query;
-use crate::structure::{Accel, BoundedTree, Bvh2, Grid, Indexed, List};
+use crate::simd::InstructionSet;
+use crate::structure::{Accel, BoundedTree, Bvh2, Grid, Indexed, List, WideSlots, WideTriangles};
 use crate::volume::{BoundingVolume, FittedVolume};
 
 type Build = fn(&Geometry, &BuildOptions) -> Result<Box<dyn Query>, BuildError>;
@@ -14,12 +15,15 @@ type Build = fn(&Geometry, &BuildOptions) -> Result<Box<dyn Query>, BuildError>;
 /// A structure in the table.
 #[derive(Clone, Copy)]
 pub struct Structure {
-    /// `list`, `bounded`, `bvh2`, `grid`.
+    /// `list`, `bounded`, `bvh2`, `wide`, `grid`.
     pub name: &'static str,
     /// One line for `boxwood list`.
     pub about: &'static str,
     /// True if [`BuildOptions::builder`] and [`BuildOptions::volume`] matter.
     pub is_tree: bool,
+    /// True if [`BuildOptions::instructions`] matters.
+    pub has_kernels: bool,
+    volumes: &'static [Volume],
     build: Build,
 }
 
@@ -39,6 +43,19 @@ pub const STRUCTURES: &[Structure] = &[
         "bounding volume hierarchy, a flat binary tree",
         |geometry, options| (Volume::named(options.volume)?.build_bvh2)(geometry, options),
     ),
+    Structure {
+        name: "wide",
+        about: "eight-wide hierarchy with a kernel for each instruction set",
+        is_tree: true,
+        has_kernels: true,
+        volumes: VOLUMES.split_at(1).0,
+        build: |geometry, options| match geometry {
+            Geometry::Triangles(prims) => WideTriangles::boxed(prims, options),
+            Geometry::Spheres(prims) => Indexed::<WideSlots, _>::boxed(prims, options),
+            Geometry::Custom(prims) => Indexed::<WideSlots, _>::boxed(prims, options),
+            Geometry::Instances(prims) => Indexed::<WideSlots, _>::boxed(prims, options),
+        },
+    },
     Structure::of::<Grid>("grid", "uniform grid, walked cell by cell"),
 ];
 
@@ -51,7 +68,7 @@ pub const VOLUMES: &[Volume] = &[
 
 impl Structure {
     /// What [`Scene::new`](crate::Scene::new) builds.
-    pub const DEFAULT: &'static str = "bvh2";
+    pub const DEFAULT: &'static str = "wide";
 
     const fn of<A: Accel>(name: &'static str, about: &'static str) -> Self {
         let build: Build = |geometry, options| with_primitives!(geometry, prims => Indexed::<A, _>::boxed(prims, options));
@@ -59,6 +76,8 @@ impl Structure {
             name,
             about,
             is_tree: false,
+            has_kernels: false,
+            volumes: &[],
             build,
         }
     }
@@ -68,8 +87,38 @@ impl Structure {
             name,
             about,
             is_tree: true,
+            has_kernels: false,
+            volumes: VOLUMES,
             build,
         }
+    }
+
+    /// The bounding volumes that it can be of, the usual one first; none if it has none.
+    pub fn volumes(&self) -> &'static [Volume] {
+        self.volumes
+    }
+
+    /// The instruction sets that it can be asked to use on this machine, the usual one first.
+    pub fn instruction_sets(&self) -> Vec<InstructionSet> {
+        if self.has_kernels {
+            InstructionSet::available()
+        } else {
+            vec![InstructionSet::best()]
+        }
+    }
+
+    /// What matters to it of the options: `["binned", "aabb"]`, `["binned", "avx2"]`, nothing for a grid. A choice that it
+    /// has not, and the usual instruction set, are left out.
+    pub fn choices(&self, options: &BuildOptions) -> Vec<&'static str> {
+        let builder = self.is_tree.then_some(options.builder.name);
+        let volume = (self.volumes.len() > 1).then_some(options.volume);
+        let unusual = self.has_kernels && options.instructions != InstructionSet::best();
+        let instructions = unusual.then(|| options.instructions.name());
+        builder
+            .into_iter()
+            .chain(volume)
+            .chain(instructions)
+            .collect()
     }
 
     /// Looks a structure up by name.

@@ -3,9 +3,7 @@
 
 mod common;
 
-use boxwood::{
-    AxisRule, BUILDERS, BuildOptions, Counts, Hit, Ray, STRUCTURES, Scene, Sphere, VOLUMES,
-};
+use boxwood::{AxisRule, BUILDERS, BuildOptions, Counts, Hit, Ray, STRUCTURES, Scene, Sphere};
 use common::{code, rays, scenes};
 
 /// The structures with every choice that matters to them.
@@ -26,8 +24,16 @@ fn variants() -> Vec<(String, &'static str, BuildOptions)> {
             }
             continue;
         }
+        for instructions in structure.instruction_sets() {
+            let options = BuildOptions {
+                instructions,
+                ..BuildOptions::default()
+            };
+            let name = format!("{} {}", structure.name, instructions.name());
+            variants.push((name, structure.name, options));
+        }
         for builder in BUILDERS {
-            for volume in VOLUMES {
+            for volume in structure.volumes() {
                 for (axis, max_leaf) in [(AxisRule::Longest, 4), (AxisRule::RoundRobin, 1)] {
                     let name = format!(
                         "{} {} {} {axis:?}",
@@ -169,6 +175,11 @@ fn bvh2_agrees_with_the_list() {
 }
 
 #[test]
+fn wide_agrees_with_the_list() {
+    agrees_with_the_list_on_every_scene("wide");
+}
+
+#[test]
 fn grid_agrees_with_the_list() {
     agrees_with_the_list_on_every_scene("grid");
 }
@@ -178,7 +189,7 @@ fn every_structure_of_the_table_has_its_test() {
     let names: Vec<_> = STRUCTURES.iter().map(|s| s.name).collect();
     assert_eq!(
         names,
-        ["list", "bounded", "bvh2", "grid"],
+        ["list", "bounded", "bvh2", "wide", "grid"],
         "add a test above"
     );
 }

@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 const LAYERS: &[&str] = &[
     "simd",
     "geom",
+    "observe",
     "lecture",
     "error",
     "volume",
@@ -25,9 +26,15 @@ const CRATES: &[(&str, &[&str])] = &[
     ("boxwood", &[]),
     ("boxwood-scene", &["boxwood"]),
     ("boxwood-render", &["boxwood", "boxwood-scene"]),
+    ("boxwood-measure", &["boxwood", "boxwood-scene"]),
     (
         "boxwood-cli",
-        &["boxwood", "boxwood-scene", "boxwood-render"],
+        &[
+            "boxwood",
+            "boxwood-scene",
+            "boxwood-render",
+            "boxwood-measure",
+        ],
     ),
 ];
 

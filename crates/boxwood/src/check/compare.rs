@@ -215,15 +215,15 @@ fn bits(hit: &Hit) -> [u32; 6] {
 /// The exact test sees the same line both ways, bit for bit, so each hit has `t >= 0` in one of the two.
 fn hits_of_line(query: &dyn Query, ray: &Ray) -> usize {
     let line = ray.with_range(0.0, f32::INFINITY);
-    let mut prims = Vec::new();
+    let mut found = Vec::new();
     let mut hits = Vec::new();
     for dir in [ray.dir, ray.dir.map(|d| -d)] {
         query.all_hits(&Ray { dir, ..line }, &mut hits);
-        prims.extend(hits.iter().map(|hit| hit.prim));
+        found.extend(hits.iter().map(|hit| (hit.inst, hit.geom, hit.prim)));
     }
-    prims.sort_unstable();
-    prims.dedup();
-    prims.len()
+    found.sort_unstable();
+    found.dedup();
+    found.len()
 }
 
 /// Depends on every bit of every hit and on their order.

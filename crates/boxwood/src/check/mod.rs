@@ -1,6 +1,7 @@
 //! Do all structures give the same answer? Rays that look for trouble, compared bit for bit with brute force.
 //!
-//! [`run`] checks a mesh in every structure of the tables; [`run_on`] checks structures of your own, too.
+//! [`run`] checks a mesh in every structure of the tables; [`run_on`] checks structures of your own, too; [`run_instances`]
+//! checks meshes that stand in many places, every structure around every other.
 //!
 //! ```
 //! use boxwood::check::{self, Options};
@@ -28,12 +29,14 @@
 
 mod closed;
 mod compare;
+mod instances;
 mod rays;
 mod report;
 mod run;
 mod variants;
 
 pub use closed::closed;
+pub use instances::{Layout, run_instances};
 pub use rays::Rays;
 pub use report::{Failure, Progress, Question, Report, VariantReport};
 pub use variants::{Variant, variants};

@@ -45,11 +45,22 @@ impl<'a, 'p> Check<'a, 'p> {
         options: &'a Options,
         progress: &'p mut dyn FnMut(&Progress<'_>),
     ) -> Result<Self, BuildError> {
-        let prims = Triangles(triangles.to_vec());
-        let active = (0..triangles.len()).filter(|i| prims.is_active(*i));
-        let is_closed = closed(&active.map(|i| triangles[i]).collect::<Vec<_>>());
-        let geometry = Geometry::Triangles(prims);
+        let geometry = Geometry::Triangles(Triangles(triangles.to_vec()));
         let oracle = Structure::named(ORACLE)?.build(&geometry, &BuildOptions::default())?;
+        let is_closed = is_closed(triangles);
+        Self::against(oracle, is_closed, triangles, variants, options, progress)
+    }
+
+    /// With right answers from elsewhere; the rays are aimed at `triangles`.
+    pub(super) fn against(
+        oracle: Box<dyn Query>,
+        is_closed: bool,
+        triangles: &'a [Triangle],
+        variants: &'a [Variant],
+        options: &'a Options,
+        progress: &'p mut dyn FnMut(&Progress<'_>),
+    ) -> Result<Self, BuildError> {
+        let geometry = Geometry::Triangles(Triangles(triangles.to_vec()));
         let mut check = Self {
             rays: Rays::new(triangles, options.aim, options.seed),
             report: Report {
@@ -197,6 +208,13 @@ impl<'a, 'p> Check<'a, 'p> {
             differences,
         });
     }
+}
+
+/// True if those of the triangles that can be hit are a [`closed`] mesh.
+pub(super) fn is_closed(triangles: &[Triangle]) -> bool {
+    let prims = Triangles(triangles.to_vec());
+    let active = (0..triangles.len()).filter(|i| prims.is_active(*i));
+    closed(&active.map(|i| triangles[i]).collect::<Vec<_>>())
 }
 
 fn parts(range: &Range<u64>) -> impl Iterator<Item = Range<u64>> + use<> {

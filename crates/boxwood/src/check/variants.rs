@@ -4,7 +4,7 @@ use crate::build::{AxisRule, BUILDERS, BuildOptions, Builder};
 use crate::error::BuildError;
 use crate::prims::Geometry;
 use crate::query::Query;
-use crate::tables::{STRUCTURES, Structure, VOLUMES};
+use crate::tables::{STRUCTURES, Structure};
 
 type Build = dyn Fn(&Geometry) -> Result<Box<dyn Query>, BuildError> + Send + Sync;
 
@@ -29,7 +29,7 @@ impl Variant {
 
     /// A structure of the table. The name says what matters to it: `bvh2 binned aabb`, `grid`.
     pub fn of(structure: Structure, options: BuildOptions) -> Self {
-        let name = name_of(structure.name, structure.is_tree, &options);
+        let name = name_of(&structure, &options);
         Self::new(name, move |geometry| structure.build(geometry, &options))
     }
 
@@ -50,37 +50,37 @@ impl std::fmt::Debug for Variant {
 /// Every structure of the tables, trees by every builder over every volume, and the lecture's partition along axes in
 /// turn. The default structure comes first; `list` is not there, being what the others are compared with.
 pub fn variants() -> Vec<Variant> {
+    let variant = |(structure, options)| Variant::of(structure, options);
+    choices().into_iter().map(variant).collect()
+}
+
+/// The same as structures with their options.
+pub(super) fn choices() -> Vec<(Structure, BuildOptions)> {
     let others = STRUCTURES.iter().filter(|s| s.name != ORACLE);
-    let mut variants: Vec<Variant> = others.flat_map(|s| variants_of(*s)).collect();
-    let default = name_of(Structure::DEFAULT, true, &BuildOptions::default());
-    variants.sort_by_key(|variant| variant.name != default);
-    variants
+    let mut choices: Vec<_> = others.flat_map(|s| choices_of(*s)).collect();
+    choices.sort_by_key(|(structure, options)| {
+        structure.name != Structure::DEFAULT || *options != BuildOptions::default()
+    });
+    choices
 }
 
 /// What all others are compared with.
 pub(super) const ORACLE: &str = "list";
 
-fn name_of(structure: &str, is_tree: bool, options: &BuildOptions) -> String {
-    let turn = if options.axis == AxisRule::RoundRobin {
-        " round-robin"
-    } else {
-        ""
-    };
-    match is_tree {
-        true => format!(
-            "{structure} {} {}{turn}",
-            options.builder.name, options.volume
-        ),
-        false => structure.to_owned(),
-    }
+/// `bvh2 binned aabb`, `wide binned avx2`, `grid`.
+pub(super) fn name_of(structure: &Structure, options: &BuildOptions) -> String {
+    let turn = (structure.is_tree && options.axis == AxisRule::RoundRobin).then_some("round-robin");
+    let choices = structure.choices(options);
+    let words = [structure.name].into_iter().chain(choices).chain(turn);
+    words.collect::<Vec<_>>().join(" ")
 }
 
-fn variants_of(structure: Structure) -> Vec<Variant> {
+fn choices_of(structure: Structure) -> Vec<(Structure, BuildOptions)> {
     if !structure.is_tree {
-        return vec![Variant::of(structure, BuildOptions::default())];
+        return vec![(structure, BuildOptions::default())];
     }
     let each = BUILDERS.iter().flat_map(|builder| {
-        VOLUMES.iter().map(|v| BuildOptions {
+        structure.volumes().iter().map(|v| BuildOptions {
             volume: v.name,
             ..BuildOptions::with(*builder)
         })
@@ -89,8 +89,14 @@ fn variants_of(structure: Structure) -> Vec<Variant> {
         axis: AxisRule::RoundRobin,
         ..BuildOptions::with(b)
     });
+    let instructions = structure.instruction_sets().into_iter().skip(1);
+    let narrower = instructions.map(|instructions| BuildOptions {
+        instructions,
+        ..BuildOptions::default()
+    });
     each.chain(in_turn)
-        .map(|options| Variant::of(structure, options))
+        .chain(narrower)
+        .map(|options| (structure, options))
         .collect()
 }
 
@@ -101,12 +107,15 @@ mod tests {
     #[test]
     fn every_structure_builder_and_volume_has_its_variant_once() {
         let names: Vec<String> = variants().into_iter().map(|v| v.name).collect();
-        assert_eq!(names[0], "bvh2 binned aabb");
-        let trees = STRUCTURES.iter().filter(|s| s.is_tree).count();
-        let others = STRUCTURES.len() - trees - 1;
+        assert_eq!(names[0], "wide binned");
+        let of = |s: &Structure| match s.is_tree {
+            true => s.volumes().len() * BUILDERS.len() + 2 + s.instruction_sets().len() - 1,
+            false => 1,
+        };
         assert_eq!(
             names.len(),
-            trees * (BUILDERS.len() * VOLUMES.len() + 2) + others
+            STRUCTURES.iter().map(of).sum::<usize>() - 1,
+            "all but the list"
         );
         let mut unique = names.clone();
         unique.sort();

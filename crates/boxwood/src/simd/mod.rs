@@ -1,8 +1,12 @@
 //! Instructions that safe Rust has no word for. All `unsafe` of the crate is in this module.
 #![allow(unsafe_code, reason = "the one module for it")]
 
+mod arena;
+mod isa;
 mod prefetch;
 mod stack;
 
+pub(crate) use arena::{Arena, AxisRows, GRANULE, NodeRows, PlaneRow, Row, Third};
+pub use isa::InstructionSet;
 pub(crate) use prefetch::{address, prefetch};
-pub(crate) use stack::Stack;
+pub(crate) use stack::{RowStack, Stack};

@@ -35,11 +35,75 @@ impl<'a, T: Copy> Stack<'a, T> {
         self.len += usize::from(real);
     }
 
+    /// How many.
+    #[inline(always)]
+    pub(crate) fn len(&self) -> usize {
+        self.len
+    }
+
     #[inline(always)]
     pub(crate) fn pop(&mut self) -> Option<T> {
         self.len = self.len.checked_sub(1)?;
         // SAFETY: every place below the old `len` was written before `len` went past it.
         Some(unsafe { self.places[self.len].assume_init() })
+    }
+}
+
+impl Stack<'_, u64> {
+    /// Pushes into place: from `base` up, largest first.
+    #[inline(always)]
+    pub(crate) fn insert_descending(&mut self, base: usize, element: u64) {
+        self.push(element);
+        let mut i = self.len - 1;
+        while i > base {
+            // SAFETY: every place below `len` was written.
+            let before = unsafe { self.places[i - 1].assume_init() };
+            if before >= element {
+                break;
+            }
+            self.places[i] = MaybeUninit::new(before);
+            i -= 1;
+        }
+        self.places[i] = MaybeUninit::new(element);
+    }
+}
+
+/// A stack of references and where they begin, pushed eight at a time.
+pub(crate) struct RowStack<const CAP: usize> {
+    refs: [MaybeUninit<u32>; CAP],
+    near: [MaybeUninit<f32>; CAP],
+    len: usize,
+}
+
+impl<const CAP: usize> RowStack<CAP> {
+    #[inline(always)]
+    pub(crate) fn new() -> Self {
+        Self {
+            refs: [MaybeUninit::uninit(); CAP],
+            near: [MaybeUninit::uninit(); CAP],
+            len: 0,
+        }
+    }
+
+    /// Pushes the first `count` of eight. Panics if there is no room for eight.
+    #[inline(always)]
+    pub(crate) fn push(&mut self, refs: [u32; 8], near: [f32; 8], count: usize) {
+        let place = self.len..self.len + 8;
+        self.refs[place.clone()].copy_from_slice(&refs.map(MaybeUninit::new));
+        self.near[place].copy_from_slice(&near.map(MaybeUninit::new));
+        self.len += count & 7;
+    }
+
+    #[inline(always)]
+    pub(crate) fn pop(&mut self) -> Option<(u32, f32)> {
+        self.len = self.len.checked_sub(1)?;
+        // SAFETY: every place below the old `len` was written before `len` went past it.
+        Some(unsafe {
+            (
+                self.refs[self.len].assume_init(),
+                self.near[self.len].assume_init(),
+            )
+        })
     }
 }
 

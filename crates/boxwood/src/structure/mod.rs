@@ -10,8 +10,10 @@ mod bvh2;
 mod dress;
 mod grid;
 mod indexed;
+mod instanced;
 mod list;
 mod visit;
+mod wide;
 
 pub use bounded::{BoundedObject, BoundedTree, Object, PrimitiveObject};
 pub use bvh2::Bvh2;
@@ -21,6 +23,7 @@ pub use grid::Grid;
 pub use indexed::{Indexed, Trace};
 pub use list::List;
 pub use visit::{AllHits, ClosestHit, Occluded, Visit};
+pub use wide::{WideSlots, WideTriangles};
 
 use crate::build::BuildOptions;
 use crate::error::BuildError;
@@ -47,6 +50,12 @@ pub trait Accel: Sized + Send + Sync + 'static {
     /// ([`Aabb::own_interval`]), and a volume tested by a `BoundingVolume` that contains the primitive never misses that.
     /// What begins farther than [`Visit::t_max`] may be skipped; what begins exactly there may not (ties go by number).
     fn traverse<V: Visit>(&self, ray: &PreparedRay, visit: &mut V);
+
+    /// The same structure around primitives that have moved; `None` where it can't be had so. As many as were built over,
+    /// and the same ones active.
+    fn refitted<P: Primitives>(&self, _prims: &P, _boxes: &[Aabb]) -> Option<Self> {
+        None
+    }
 
     /// Calls `visit` for every node, parents first.
     fn for_each_node(&self, visit: &mut dyn FnMut(NodeInfo));

@@ -1,0 +1,681 @@
+//! Many rays in flight.
+
+use super::bundle::{self, Bundle};
+use super::finish::{Finished, evaluate};
+use super::lanes::{LeafTest, boxes, leaf_test};
+use super::layout::Ref;
+use super::prepare::{Record, prepare};
+use super::ray::{EdgeLanes, SlabLanes};
+use super::single::{self, Best, exact};
+use super::{STACK, Wide};
+use crate::geom::{PreparedRay, Ray};
+use crate::query::NoObserver;
+use crate::simd::{Third, prefetch};
+use fearless_simd::{dispatch, f32x8, i32x8, mask32x8, prelude::*, u32x8};
+use std::marker::PhantomData;
+
+/// Rays in flight.
+const SLOTS: usize = 16;
+/// Rays made ready at a time.
+const WINDOW: usize = 64;
+/// Leaves with candidates that wait.
+const PENDING: usize = 4;
+/// References that wait in most trees; 8 fewer than a power of two.
+const SHALLOW: usize = 120;
+/// References that wait in the deepest.
+const DEEP: usize = STACK.next_power_of_two();
+/// Marks the bottom of a stack. A leaf, for the lists.
+const DONE: u32 = u32::MAX;
+
+#[derive(Clone, Copy)]
+#[repr(C, align(64))]
+struct Slot<const LEN: usize> {
+    record: Record,
+    ray: u32,
+    at: u32,
+    top: u32,
+    len: u32,
+    best: Best,
+    leaves: [(Ref, u32); PENDING],
+    lower: [[f32; 8]; PENDING],
+    /// What waits, and where it begins. `LEN` is a power of two and 8.
+    refs: [u32; LEN],
+    near: [f32; LEN],
+}
+
+/// Where answers go.
+pub(super) trait Answers {
+    /// True if any hit will do: only whether `Best::prim` is `u32::MAX` matters.
+    const ANY: bool;
+    /// The answer of a ray.
+    fn give(&mut self, ray: usize, best: Best);
+}
+
+impl Record {
+    #[inline(always)]
+    fn slabs<S: Simd>(&self, simd: S) -> SlabLanes<S> {
+        let splat = |x: f32| f32x8::splat(simd, x);
+        SlabLanes {
+            recip: [
+                splat(self.recip[0]),
+                splat(self.recip[1]),
+                splat(self.recip[2]),
+            ],
+            near: [
+                splat(self.near[0]),
+                splat(self.near[1]),
+                splat(self.near[2]),
+            ],
+            far: [splat(self.far[0]), splat(self.far[1]), splat(self.far[2])],
+            near_row: [self.rows[0], self.rows[1], self.rows[2]],
+            t_min: splat(self.t_min),
+        }
+    }
+
+    #[inline(always)]
+    fn edges<S: Simd>(&self, simd: S, ray: &Ray) -> EdgeLanes<S> {
+        let splat = |x: f32| f32x8::splat(simd, x);
+        const AXES: [[Third; 3]; 4] = [
+            [Third::B, Third::C, Third::A],
+            [Third::C, Third::A, Third::B],
+            [Third::A, Third::B, Third::C],
+            [Third::A, Third::B, Third::C],
+        ];
+        let axes = AXES[(self.axis & 3) as usize];
+        EdgeLanes {
+            axes,
+            origin: [
+                splat(ray.origin[axes[0] as usize]),
+                splat(ray.origin[axes[1] as usize]),
+                splat(ray.origin[axes[2] as usize]),
+            ],
+            shear: [splat(self.shear[0]), splat(self.shear[1])],
+            recip: splat(self.t_per_depth),
+            t_min: splat(self.t_min),
+            simd: PhantomData,
+        }
+    }
+}
+
+impl<const LEN: usize> Slot<LEN> {
+    const EMPTY: Self = Self {
+        record: Record::EMPTY,
+        ray: 0,
+        at: 0,
+        top: 0,
+        len: 0,
+        best: Best::none(0.0),
+        leaves: [(Ref(0), 0); PENDING],
+        lower: [[0.0; 8]; PENDING],
+        refs: [DONE; LEN],
+        near: [0.0; LEN],
+    };
+
+    #[inline(always)]
+    fn place(i: usize) -> usize {
+        i & (LEN - 8 - 1)
+    }
+    #[inline(always)]
+    fn refs8(&mut self, i: usize) -> &mut [u32; 8] {
+        let i = Self::place(i);
+        (&mut self.refs[i..i + 8]).try_into().unwrap()
+    }
+    #[inline(always)]
+    fn near8(&mut self, i: usize) -> &mut [f32; 8] {
+        let i = Self::place(i);
+        (&mut self.near[i..i + 8]).try_into().unwrap()
+    }
+}
+
+/// Slots by what they do next, as bits: test a node, or something else.
+struct Turns {
+    nodes: u32,
+    others: u32,
+}
+
+impl Turns {
+    #[inline(always)]
+    fn add(&mut self, slot: usize, at: u32) {
+        let other = at >> 31;
+        self.nodes |= (other ^ 1) << slot;
+        self.others |= other << slot;
+    }
+}
+
+/// Answers all rays.
+pub(super) fn trace<A: Answers>(wide: &Wide, rays: &[Ray], answers: &mut A) {
+    let Some(root) = wide.root else {
+        return (0..rays.len()).for_each(|ray| answers.give(ray, Best::none(0.0)));
+    };
+    if !wide.level.has_eight_lanes() {
+        // Eight lanes of two halves each: keeping rays in flight costs more than it hides.
+        return dispatch!(wide.level.0, simd => one_by_one(simd, wide, rays, answers));
+    }
+    dispatch!(wide.level.0, simd => match (wide.stack_need <= SHALLOW, wide.fetch) {
+        (true, false) => run::<_, A, false, { SHALLOW + 16 }>(simd, wide, root, rays, answers),
+        (true, true) => run::<_, A, true, { SHALLOW + 16 }>(simd, wide, root, rays, answers),
+        (false, _) => run::<_, A, true, { DEEP + 8 }>(simd, wide, root, rays, answers),
+    });
+}
+
+/// Tiles that are alike as bundles, all other rays one after the other.
+#[inline(always)]
+fn one_by_one<S: Simd, A: Answers>(simd: S, wide: &Wide, rays: &[Ray], answers: &mut A) {
+    let mut bundle = Bundle::EMPTY;
+    let mut next = 0;
+    while next < rays.len() {
+        let tile = rays[next..].first_chunk();
+        let end = rays.len().min(next + bundle::RAYS);
+        let done = match tile {
+            Some(tile) => bundle::trace(simd, wide, &mut bundle, tile, next, answers),
+            None => false,
+        };
+        if !done {
+            for at in next..end {
+                answers.give(at, alone::<S, A>(simd, wide, &rays[at]));
+            }
+        }
+        next = end;
+    }
+}
+
+#[inline(always)]
+fn alone<S: Simd, A: Answers>(simd: S, wide: &Wide, ray: &Ray) -> Best {
+    match PreparedRay::new(ray) {
+        None => Best::none(0.0),
+        Some(ray) if A::ANY => Best::blocked(single::occluded(simd, wide, &ray)),
+        Some(ray) => single::closest(simd, wide, &ray),
+    }
+}
+
+#[inline(never)]
+fn run<S: Simd, A: Answers, const FETCH: bool, const LEN: usize>(
+    simd: S,
+    wide: &Wide,
+    root: Ref,
+    rays: &[Ray],
+    answers: &mut A,
+) {
+    simd.vectorize(
+        #[inline(always)]
+        || {
+            let mut slots = [Slot::<LEN>::EMPTY; SLOTS];
+            let mut turns = Turns {
+                nodes: 0,
+                others: 0,
+            };
+            let mut source = Source {
+                rays,
+                bundle: Bundle::EMPTY,
+                next: 0,
+                records: [Record::EMPTY; WINDOW],
+                ready: [0; WINDOW],
+                ready_next: 0,
+                ready_count: 0,
+            };
+            let mut queue = Queue {
+                done: [Finished::NONE; 8],
+                count: 0,
+            };
+            for s in 0..SLOTS {
+                if refill(simd, wide, root, &mut source, &mut slots[s], answers) {
+                    turns.add(s, slots[s].at);
+                }
+            }
+            while turns.nodes | turns.others != 0 {
+                let (nodes, mut left) = (turns.nodes, turns.nodes);
+                let mut moved = 0;
+                while left != 0 {
+                    let s = left.trailing_zeros() as usize & (SLOTS - 1);
+                    left &= left - 1;
+                    let at = node_step::<S, A, FETCH, LEN>(simd, wide, &mut slots[s]);
+                    moved |= (at >> 31) << s;
+                }
+                turns.nodes = nodes & !moved;
+                let mut left = turns.others | moved;
+                turns.others = 0;
+                while left != 0 {
+                    let s = left.trailing_zeros() as usize & (SLOTS - 1);
+                    left &= left - 1;
+                    let slot = &mut slots[s];
+                    if slot.at != DONE {
+                        let at = leaf_step::<S, A, FETCH, LEN>(simd, wide, rays, slot);
+                        turns.add(s, at);
+                    } else {
+                        finish::<S, A, LEN>(simd, wide, rays, slot, &mut queue, answers);
+                        if refill(simd, wide, root, &mut source, slot, answers) {
+                            turns.add(s, slot.at);
+                        }
+                    }
+                }
+            }
+            if queue.count > 0 {
+                flush(simd, wide, rays, &mut queue, answers);
+            }
+        },
+    );
+}
+
+#[inline(always)]
+pub(super) fn fetch<const FETCH: bool>(wide: &Wide, at: u32) {
+    if FETCH {
+        let p = wide.arena.address(Ref(at).granule());
+        prefetch(p);
+        prefetch(p.wrapping_add(64));
+        prefetch(p.wrapping_add(128));
+        prefetch(p.wrapping_add(192));
+    }
+}
+
+/// The smallest of all lanes, in all lanes.
+#[inline(always)]
+pub(super) fn least<S: Simd>(simd: S, v: i32x8<S>) -> i32x8<S> {
+    let (a, b) = v.split();
+    let m = a.min(b);
+    let m = m.min(m.slide::<2>(m));
+    let m = m.min(m.slide::<1>(m));
+    let _ = simd;
+    i32x8::block_splat(m)
+}
+
+#[inline(always)]
+fn node_step<S: Simd, A: Answers, const FETCH: bool, const LEN: usize>(
+    simd: S,
+    wide: &Wide,
+    slot: &mut Slot<LEN>,
+) -> u32 {
+    let slabs = slot.record.slabs(simd);
+    let node = wide.arena.node(Ref(slot.at).granule());
+    let (hit, enter) = boxes(simd, node, &slabs, f32x8::splat(simd, slot.record.t_max));
+    let refs = u32x8::simd_from(simd, *node.refs());
+    let top = slot.top as usize;
+    let mask = hit.to_bitmask() as u32;
+    let count = mask.count_ones();
+    if A::ANY {
+        *slot.refs8(top) = refs.compress(hit).into();
+        slot.top = (slot.top + count) - 1;
+        slot.at = slot.refs[Slot::<LEN>::place(slot.top as usize)];
+    } else {
+        // The nearest goes on, the others wait.
+        let numbers = i32x8::simd_from(simd, [0, 1, 2, 3, 4, 5, 6, 7]);
+        let key = hit.select(
+            (enter & i32x8::splat(simd, !7)) | numbers,
+            i32x8::splat(simd, i32::MAX),
+        );
+        let nearest = least(simd, key);
+        let others = key.simd_gt(nearest) & hit;
+        let lane = nearest[0] as usize & 7;
+        *slot.refs8(top) = refs.compress(others).into();
+        *slot.near8(top) = enter.compress(others).bitcast::<f32x8<S>>().into();
+        // Pushed and popped at once: a selection would become a branch, which cannot be guessed. With no child hit it is
+        // written above the top, and what was below is popped.
+        let base = Slot::<LEN>::place(top);
+        slot.refs[base + (count as usize).wrapping_sub(1) % 8] = node.child(lane);
+        slot.at = slot.refs[Slot::<LEN>::place(base + count as usize - 1)];
+        slot.top = (slot.top + count) - 1;
+    }
+    fetch::<FETCH>(wide, slot.at);
+    slot.at
+}
+
+#[inline(always)]
+fn leaf_step<S: Simd, A: Answers, const FETCH: bool, const LEN: usize>(
+    simd: S,
+    wide: &Wide,
+    rays: &[Ray],
+    slot: &mut Slot<LEN>,
+) -> u32 {
+    let leaf = Ref(slot.at);
+    let edges = slot.record.edges(simd, &rays[slot.ray as usize]);
+    let test = leaf_test(simd, &wide.arena, leaf, &edges);
+    if test.candidates != 0 {
+        if A::ANY {
+            if blocks(
+                simd,
+                wide,
+                &rays[slot.ray as usize],
+                slot,
+                leaf,
+                &edges,
+                &test,
+            ) {
+                slot.best.prim = 0;
+                slot.at = DONE;
+                return DONE;
+            }
+        } else {
+            consider(
+                simd,
+                wide,
+                &rays[slot.ray as usize],
+                slot,
+                leaf,
+                &edges,
+                &test,
+            );
+        }
+    }
+    slot.top -= 1;
+    slot.at = slot.refs[Slot::<LEN>::place(slot.top as usize)];
+    fetch::<FETCH>(wide, slot.at);
+    slot.at
+}
+
+#[inline(always)]
+fn blocks<S: Simd, const LEN: usize>(
+    simd: S,
+    wide: &Wide,
+    ray: &Ray,
+    slot: &Slot<LEN>,
+    leaf: Ref,
+    edges: &EdgeLanes<S>,
+    test: &LeafTest<f32x8<S>>,
+) -> bool {
+    let depths = test.depths(simd, edges);
+    let t_max = f32x8::splat(simd, slot.record.t_max);
+    let before = depths.upper.simd_le(t_max).to_bitmask() as u32;
+    if depths.sure & before != 0 {
+        return true;
+    }
+    let beyond = depths.lower.simd_gt(t_max).to_bitmask() as u32;
+    let unsure = depths.open & !beyond;
+    unsure != 0 && any_exact(wide, leaf, unsure, ray)
+}
+
+#[cold]
+fn any_exact(wide: &Wide, leaf: Ref, mut mask: u32, ray: &Ray) -> bool {
+    let Some(ray) = PreparedRay::new(ray) else {
+        return false;
+    };
+    while mask != 0 {
+        let lane = mask.trailing_zeros() as usize;
+        mask &= mask - 1;
+        if exact(&wide.arena, leaf, lane, &ray).0.is_some() {
+            return true;
+        }
+    }
+    false
+}
+
+#[inline(always)]
+fn consider<S: Simd, const LEN: usize>(
+    simd: S,
+    wide: &Wide,
+    ray: &Ray,
+    slot: &mut Slot<LEN>,
+    leaf: Ref,
+    edges: &EdgeLanes<S>,
+    test: &LeafTest<f32x8<S>>,
+) {
+    let depths = test.depths(simd, edges);
+    let bound = f32x8::splat(simd, slot.record.t_max);
+    let beyond = depths.lower.simd_gt(bound).to_bitmask() as u32;
+    let unsure = depths.open & !depths.sure & !beyond;
+    let sure = depths.sure & !beyond;
+    if sure != 0 {
+        if slot.len as usize == PENDING {
+            settle(wide, ray, slot);
+        }
+        slot.leaves[slot.len as usize] = (leaf, sure);
+        slot.lower[slot.len as usize] = depths.lower.into();
+        slot.len += 1;
+        let sure = mask32x8::from_bitmask(simd, u64::from(sure));
+        slot.record.t_max = sure.select(depths.upper, bound).min(bound).reduce_min();
+    }
+    if unsure != 0 {
+        decide_now(wide, ray, slot, leaf, unsure);
+    }
+    if sure | unsure != 0 {
+        drop_farther(simd, slot);
+    }
+}
+
+/// Takes out of the stack what begins beyond the bound.
+#[inline(always)]
+fn drop_farther<S: Simd, const LEN: usize>(simd: S, slot: &mut Slot<LEN>) {
+    let top = slot.top as usize;
+    let bound = f32x8::splat(simd, slot.record.t_max);
+    let (mut from, mut to) = (1, 1);
+    while from < top {
+        let r = u32x8::simd_from(simd, *slot.refs8(from));
+        let n = f32x8::simd_from(simd, *slot.near8(from));
+        let real = (1u32 << (top - from).min(8)) - 1;
+        let keep = n.simd_le(bound).to_bitmask() as u32 & real;
+        let mask = mask32x8::from_bitmask(simd, u64::from(keep));
+        *slot.refs8(to) = r.compress(mask).into();
+        *slot.near8(to) = n.compress(mask).into();
+        to += keep.count_ones() as usize;
+        from += 8;
+    }
+    slot.top = to as u32;
+}
+
+#[inline(always)]
+fn decide(wide: &Wide, leaf: Ref, lane: usize, ray: &PreparedRay, best: &mut Best) {
+    let (found, prim) = exact(&wide.arena, leaf, lane, ray);
+    if let Some(candidate) = found {
+        best.improve(candidate, prim);
+    }
+}
+
+#[cold]
+fn decide_now<const LEN: usize>(
+    wide: &Wide,
+    ray: &Ray,
+    slot: &mut Slot<LEN>,
+    leaf: Ref,
+    mut mask: u32,
+) {
+    let Some(ray) = PreparedRay::new(ray) else {
+        return;
+    };
+    while mask != 0 {
+        let lane = mask.trailing_zeros() as usize;
+        mask &= mask - 1;
+        decide(wide, leaf, lane, &ray, &mut slot.best);
+    }
+    if slot.best.candidate.t < slot.record.t_max {
+        slot.record.t_max = slot.best.candidate.t;
+    }
+}
+
+#[inline(never)]
+fn settle<const LEN: usize>(wide: &Wide, ray: &Ray, slot: &mut Slot<LEN>) {
+    let Some(ray) = PreparedRay::new(ray) else {
+        return;
+    };
+    let bound = slot.record.t_max;
+    for i in 0..slot.len as usize {
+        let (leaf, mut mask) = slot.leaves[i];
+        while mask != 0 {
+            let lane = mask.trailing_zeros() as usize & 7;
+            mask &= mask - 1;
+            if slot.lower[i][lane] <= bound {
+                decide(wide, leaf, lane, &ray, &mut slot.best);
+            }
+        }
+    }
+    slot.len = 0;
+}
+
+/// Hits that wait to be evaluated together.
+struct Queue {
+    done: [Finished; 8],
+    count: usize,
+}
+
+#[inline(always)]
+fn finish<S: Simd, A: Answers, const LEN: usize>(
+    simd: S,
+    wide: &Wide,
+    rays: &[Ray],
+    slot: &mut Slot<LEN>,
+    queue: &mut Queue,
+    answers: &mut A,
+) {
+    if A::ANY {
+        answers.give(slot.ray as usize, slot.best);
+        return;
+    }
+    // Usually there is one.
+    let bound = slot.record.t_max;
+    let mut last = (Ref(0), 0);
+    let mut count = 0;
+    for i in 0..slot.len as usize {
+        let near = f32x8::simd_from(simd, slot.lower[i])
+            .simd_le(f32x8::splat(simd, bound))
+            .to_bitmask() as u32;
+        let mask = slot.leaves[i].1 & near;
+        last = if mask != 0 {
+            (slot.leaves[i].0, mask)
+        } else {
+            last
+        };
+        count += mask.count_ones();
+    }
+    if count == 1 && slot.best.prim == u32::MAX {
+        queue.done[queue.count] = Finished {
+            record: slot.record,
+            ray: slot.ray,
+            leaf: last.0,
+            lane: last.1.trailing_zeros(),
+        };
+        queue.count += 1;
+        if queue.count == 8 {
+            flush(simd, wide, rays, queue, answers);
+        }
+        return;
+    }
+    if count > 0 {
+        settle(wide, &rays[slot.ray as usize], slot);
+    }
+    answers.give(slot.ray as usize, slot.best);
+}
+
+#[inline(never)]
+fn flush<S: Simd, A: Answers>(
+    simd: S,
+    wide: &Wide,
+    rays: &[Ray],
+    queue: &mut Queue,
+    answers: &mut A,
+) {
+    simd.vectorize(
+        #[inline(always)]
+        || {
+            let mut best = [Best::none(0.0); 8];
+            for k in queue.count..8 {
+                queue.done[k] = queue.done[0];
+            }
+            let good = evaluate(simd, &wide.arena, rays, &queue.done, &mut best);
+            for k in 0..queue.count {
+                let ray = queue.done[k].ray as usize;
+                let best = if good >> k & 1 == 1 {
+                    best[k]
+                } else {
+                    slow::<A>(wide, &rays[ray])
+                };
+                answers.give(ray, best);
+            }
+            queue.count = 0;
+        },
+    );
+}
+
+/// The answer without any doubt and in no hurry: what is no ray, what is too extreme for the fast tests.
+#[cold]
+pub(super) fn slow<A: Answers>(wide: &Wide, ray: &Ray) -> Best {
+    let Some(ray) = PreparedRay::new(ray) else {
+        return Best::none(0.0);
+    };
+    if A::ANY {
+        Best::blocked(wide.occluded_walked(&ray, &mut NoObserver))
+    } else {
+        wide.closest_walked(&ray, &mut NoObserver)
+    }
+}
+
+/// Rays waiting for a slot.
+struct Source<'a> {
+    rays: &'a [Ray],
+    bundle: Bundle,
+    next: usize,
+    records: [Record; WINDOW],
+    ready: [u32; WINDOW],
+    ready_next: usize,
+    ready_count: usize,
+}
+
+#[inline(never)]
+fn fill<S: Simd, A: Answers>(simd: S, wide: &Wide, source: &mut Source<'_>, answers: &mut A) {
+    simd.vectorize(
+        #[inline(always)]
+        || {
+            source.ready_next = 0;
+            source.ready_count = 0;
+            while let Some(Some(tile)) = source.rays.get(source.next..).map(<[Ray]>::first_chunk) {
+                if !bundle::trace(simd, wide, &mut source.bundle, tile, source.next, answers) {
+                    break;
+                }
+                source.next += bundle::RAYS;
+            }
+            let end = source.rays.len().min(source.next + WINDOW);
+            while source.next < end {
+                let rest = &source.rays[source.next..];
+                let count = rest.len().min(8);
+                let mut eight = [rest[0]; 8];
+                let eight = if count == 8 {
+                    rest[..8].try_into().unwrap()
+                } else {
+                    eight[..count].copy_from_slice(&rest[..count]);
+                    &eight
+                };
+                let mut records = [Record::EMPTY; 8];
+                let prepared = prepare(simd, eight, wide.size, &mut records);
+                for k in 0..count {
+                    let ray = source.next + k;
+                    if prepared.valid & !prepared.extreme & (1 << k) != 0 {
+                        source.records[source.ready_count] = records[k];
+                        source.ready[source.ready_count] = ray as u32;
+                        source.ready_count += 1;
+                    } else {
+                        answers.give(ray, slow::<A>(wide, &source.rays[ray]));
+                    }
+                }
+                source.next += count;
+            }
+        },
+    );
+}
+
+/// False if there are no more rays.
+#[inline(always)]
+fn refill<S: Simd, A: Answers, const LEN: usize>(
+    simd: S,
+    wide: &Wide,
+    root: Ref,
+    source: &mut Source<'_>,
+    slot: &mut Slot<LEN>,
+    answers: &mut A,
+) -> bool {
+    if source.ready_next == source.ready_count {
+        while source.next < source.rays.len() {
+            fill(simd, wide, source, answers);
+            if source.ready_count > 0 {
+                break;
+            }
+        }
+        if source.ready_next == source.ready_count {
+            return false;
+        }
+    }
+    slot.record = source.records[source.ready_next & (WINDOW - 1)];
+    slot.ray = source.ready[source.ready_next & (WINDOW - 1)];
+    source.ready_next += 1;
+    slot.at = root.0;
+    slot.top = 1;
+    slot.len = 0;
+    slot.best.prim = u32::MAX;
+    slot.best.candidate.t = slot.record.t_max;
+    true
+}

@@ -1,0 +1,95 @@
+//! The wide hierarchy: nodes of eight children, leaves of up to eight triangles, each tested at once.
+//!
+//! * One block of memory on huge pages ([`crate::simd::Arena`]) holds everything; references are 32 bits (`layout`).
+//! * A binary tree is built, collapsed to eight wide by dynamic programming, and laid out depth first (`emit`).
+//! * Single rays go by `single`, slices by `batch` (many rays in flight), whatever must be watched by `walk`.
+//! * A kernel decides in two steps: a test over all lanes, in single precision, that errs only towards *maybe* and gives
+//!   bounds of `t` (`lanes`); then the exact test, for the one or two triangles that remain when the traversal is over
+//!   (`finish` for eight rays at once).
+//!
+//! Every instruction set runs the same source (`fearless_simd`) and gives the same bits.
+
+mod batch;
+mod bundle;
+mod emit;
+mod finish;
+mod lanes;
+mod layout;
+mod meet;
+mod packet;
+mod prepare;
+mod ray;
+mod single;
+mod slots;
+mod triangles;
+mod walk;
+mod worth;
+
+pub use slots::WideSlots;
+pub use triangles::WideTriangles;
+
+use crate::build::{BuildInput, BuildOptions, CollapseOptions, LeafRule, MAX_DEPTH, WideTopology};
+use crate::error::BuildError;
+use crate::geom::{Aabb, Triangle};
+use crate::prims::Primitives;
+use crate::simd::{Arena, InstructionSet};
+use layout::{Ref, WIDTH};
+
+/// Most references that can wait in a traversal: of each level all children but one, and room for a last push of eight.
+const STACK: usize = (WIDTH - 1) * MAX_DEPTH + WIDTH + 1;
+
+/// Trees larger than this are waited for: their nodes are fetched ahead. They do not fit into the caches that a core has for itself.
+const FETCH_FROM: usize = 4 << 20;
+
+/// The tree.
+struct Wide {
+    arena: Arena,
+    /// `None` if nothing can be hit.
+    root: Option<Ref>,
+    bounds: Aabb,
+    /// Largest coordinate of `bounds`, by size.
+    size: f32,
+    level: InstructionSet,
+    /// Most references that wait in a traversal of this tree.
+    stack_need: usize,
+    /// True if nodes are to be fetched ahead.
+    fetch: bool,
+}
+
+/// What leaves hold.
+enum Payload<'a> {
+    /// Triangles, packed.
+    Triangles(&'a [Triangle]),
+    /// The first slot.
+    Slots,
+}
+
+impl Wide {
+    fn new(
+        tree: &WideTopology,
+        payload: &Payload<'_>,
+        options: &BuildOptions,
+    ) -> Result<Self, BuildError> {
+        let emitted = emit::emit(tree, payload)?;
+        Ok(Self {
+            root: emitted.root,
+            bounds: tree.bounds,
+            size: ray::size(&tree.bounds),
+            level: options.instructions,
+            stack_need: emitted.stack_need,
+            fetch: emitted.arena.len() > FETCH_FROM,
+            arena: emitted.arena,
+        })
+    }
+}
+
+/// The wide tree that a builder and the collapse make of boxes.
+fn collapsed<P: Primitives>(
+    prims: &P,
+    boxes: &[Aabb],
+    options: &BuildOptions,
+) -> Result<WideTopology, BuildError> {
+    let input = BuildInput::new(prims, boxes).with_leaves(LeafRule::ROWS_OF_8);
+    let tree = options.builder.build(&input, options)?;
+    tree.collapse(&CollapseOptions::default())
+}

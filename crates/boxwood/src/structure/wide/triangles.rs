@@ -1,0 +1,320 @@
+//! The wide tree over triangles, which are packed into its leaves: what most scenes are.
+
+use super::batch::{self, Answers};
+use super::layout::{Ref, triangle};
+use super::single::{self, Best};
+use super::walk::{Leaves, for_each, walk};
+use super::{Payload, Wide};
+use crate::build::BuildOptions;
+use crate::error::BuildError;
+use crate::geom::{Candidate, Hit, PreparedRay, Ray, Triangle};
+use crate::prims::{Tested, Triangles, boxes};
+use crate::query::{
+    Counts, NoObserver, NodeInfo, Observer, PrimitiveTest, PrimitiveVerdict, Query, Walk, Watch,
+};
+use crate::structure::visit::hit;
+use fearless_simd::dispatch;
+use std::ops::ControlFlow;
+
+/// A wide tree with the triangles in its leaves, 40 bytes each.
+pub struct WideTriangles(Wide);
+
+impl WideTriangles {
+    /// Builds it.
+    ///
+    /// # Errors
+    /// [`BuildError::TooLarge`] beyond 4 GB, [`BuildError::OutOfMemory`], and those of the builder.
+    pub(crate) fn boxed(
+        prims: &Triangles,
+        options: &BuildOptions,
+    ) -> Result<Box<dyn Query>, BuildError> {
+        let tree = super::collapsed(prims, &boxes(prims), options)?;
+        Ok(Box::new(Self(Wide::new(
+            &tree,
+            &Payload::Triangles(&prims.0),
+            options,
+        )?)))
+    }
+}
+
+/// What the exact test's candidates mean for an answer.
+trait Judge {
+    fn t_max(&self) -> f32;
+    fn judge(&mut self, candidate: Candidate, prim: u32) -> (PrimitiveVerdict, ControlFlow<()>);
+}
+
+/// The smallest `(t, primitive)`.
+struct Closest(Best);
+
+impl Closest {
+    fn new(ray: &PreparedRay) -> Self {
+        Self(Best::none(ray.t_max))
+    }
+}
+
+impl Judge for Closest {
+    fn t_max(&self) -> f32 {
+        self.0.candidate.t
+    }
+
+    fn judge(&mut self, candidate: Candidate, prim: u32) -> (PrimitiveVerdict, ControlFlow<()>) {
+        let verdict = if self.0.improve(candidate, prim) {
+            PrimitiveVerdict::Closest
+        } else {
+            PrimitiveVerdict::Farther
+        };
+        (verdict, ControlFlow::Continue(()))
+    }
+}
+
+/// Any hit.
+struct Occluded {
+    t_max: f32,
+    found: bool,
+}
+
+impl Judge for Occluded {
+    fn t_max(&self) -> f32 {
+        self.t_max
+    }
+
+    fn judge(&mut self, _: Candidate, _: u32) -> (PrimitiveVerdict, ControlFlow<()>) {
+        self.found = true;
+        (PrimitiveVerdict::Closest, ControlFlow::Break(()))
+    }
+}
+
+/// Every hit.
+struct All<'a> {
+    t_max: f32,
+    hits: &'a mut Vec<Hit>,
+}
+
+impl Judge for All<'_> {
+    fn t_max(&self) -> f32 {
+        self.t_max
+    }
+
+    fn judge(&mut self, candidate: Candidate, prim: u32) -> (PrimitiveVerdict, ControlFlow<()>) {
+        self.hits.push(hit(candidate, prim));
+        (PrimitiveVerdict::Closest, ControlFlow::Continue(()))
+    }
+}
+
+/// The exact test for each triangle of a leaf.
+struct Exact<'a, O, J> {
+    wide: &'a Wide,
+    ray: &'a PreparedRay,
+    observer: &'a mut O,
+    judge: J,
+}
+
+impl<O: Observer, J: Judge> Leaves for Exact<'_, O, J> {
+    #[inline(always)]
+    fn t_max(&self) -> f32 {
+        self.judge.t_max()
+    }
+
+    fn leaf(&mut self, leaf: Ref) -> ControlFlow<()> {
+        for lane in 0..leaf.count() {
+            let (corners, prim) = triangle(&self.wide.arena, leaf, lane);
+            let shape = Triangle(corners);
+            let Tested {
+                candidate,
+                flops,
+                bytes,
+            } = Tested::new::<Triangles>(shape.intersect(self.ray), || shape.bounds(), self.ray);
+            let (verdict, flow) = match candidate {
+                Some(found) => self.judge.judge(found, prim),
+                None => (PrimitiveVerdict::Miss, ControlFlow::Continue(())),
+            };
+            self.observer.primitive(PrimitiveTest {
+                prim,
+                candidate,
+                verdict,
+                flops,
+                bytes,
+            });
+            flow?;
+        }
+        ControlFlow::Continue(())
+    }
+
+    #[inline(always)]
+    fn observer(&mut self) -> &mut impl Observer {
+        &mut *self.observer
+    }
+}
+
+impl Wide {
+    fn walked<O: Observer, J: Judge>(&self, ray: &PreparedRay, observer: &mut O, judge: J) -> J {
+        let mut exact = Exact {
+            wide: self,
+            ray,
+            observer,
+            judge,
+        };
+        walk(self, ray, &mut exact);
+        exact.judge
+    }
+
+    /// The closest hit by the watched walk.
+    pub(super) fn closest_walked<O: Observer>(&self, ray: &PreparedRay, observer: &mut O) -> Best {
+        self.walked(ray, observer, Closest::new(ray)).0
+    }
+
+    /// Occlusion by the watched walk.
+    pub(super) fn occluded_walked<O: Observer>(&self, ray: &PreparedRay, observer: &mut O) -> bool {
+        let judge = Occluded {
+            t_max: ray.t_max,
+            found: false,
+        };
+        self.walked(ray, observer, judge).found
+    }
+
+    fn all_walked<O: Observer>(&self, ray: &PreparedRay, hits: &mut Vec<Hit>, observer: &mut O) {
+        self.walked(
+            ray,
+            observer,
+            All {
+                t_max: ray.t_max,
+                hits,
+            },
+        );
+        hits.sort_unstable_by(Hit::order);
+        // A primitive that was split has equal hits, hence neighbours.
+        hits.dedup_by_key(|hit| hit.prim);
+    }
+}
+
+fn answer(best: Best) -> Option<Hit> {
+    (best.prim != u32::MAX).then(|| hit(best.candidate, best.prim))
+}
+
+/// Answers of a batch of closest hits.
+struct ClosestHits<'a>(&'a mut [Option<Hit>]);
+
+impl Answers for ClosestHits<'_> {
+    const ANY: bool = false;
+
+    #[inline(always)]
+    fn give(&mut self, ray: usize, best: Best) {
+        self.0[ray] = answer(best);
+    }
+}
+
+/// Answers of a batch of occlusions.
+struct OccludedEach<'a>(&'a mut [bool]);
+
+impl Answers for OccludedEach<'_> {
+    const ANY: bool = true;
+
+    #[inline(always)]
+    fn give(&mut self, ray: usize, best: Best) {
+        self.0[ray] = best.prim != u32::MAX;
+    }
+}
+
+impl Query for WideTriangles {
+    fn closest_hit(&self, ray: &Ray) -> Option<Hit> {
+        // All of it in the kernel's instruction set, the preparation too.
+        dispatch!(self.0.level.0, simd => {
+            PreparedRay::new(ray).and_then(|ray| answer(single::closest(simd, &self.0, &ray)))
+        })
+    }
+
+    fn occluded(&self, ray: &Ray) -> bool {
+        dispatch!(self.0.level.0, simd => {
+            PreparedRay::new(ray).is_some_and(|ray| single::occluded(simd, &self.0, &ray))
+        })
+    }
+
+    fn closest_hit_prepared(&self, ray: &PreparedRay, watch: Watch<'_>) -> Option<Hit> {
+        answer(match watch {
+            None => dispatch!(self.0.level.0, simd => single::closest(simd, &self.0, ray)),
+            Some(mut observer) => self.0.closest_walked(ray, &mut observer),
+        })
+    }
+
+    fn occluded_prepared(&self, ray: &PreparedRay, watch: Watch<'_>) -> bool {
+        match watch {
+            None => dispatch!(self.0.level.0, simd => single::occluded(simd, &self.0, ray)),
+            Some(mut observer) => self.0.occluded_walked(ray, &mut observer),
+        }
+    }
+
+    fn all_hits_prepared(&self, ray: &PreparedRay, hits: &mut Vec<Hit>, watch: Watch<'_>) {
+        hits.clear();
+        match watch {
+            None => self.0.all_walked(ray, hits, &mut NoObserver),
+            Some(mut observer) => self.0.all_walked(ray, hits, &mut observer),
+        }
+    }
+
+    fn all_hits(&self, ray: &Ray, hits: &mut Vec<Hit>) {
+        hits.clear();
+        if let Some(ray) = PreparedRay::new(ray) {
+            self.0.all_walked(&ray, hits, &mut NoObserver);
+        }
+    }
+
+    fn closest_hits(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
+        let count = rays.len().min(hits.len());
+        batch::trace(
+            &self.0,
+            &rays[..count],
+            &mut ClosestHits(&mut hits[..count]),
+        );
+    }
+
+    fn occluded_each(&self, rays: &[Ray], occluded: &mut [bool]) {
+        let count = rays.len().min(occluded.len());
+        batch::trace(
+            &self.0,
+            &rays[..count],
+            &mut OccludedEach(&mut occluded[..count]),
+        );
+    }
+
+    fn closest_hit_counted(&self, ray: &Ray, counts: &mut Counts) -> Option<Hit> {
+        counts.ray();
+        answer(self.0.closest_walked(&PreparedRay::new(ray)?, counts))
+    }
+
+    fn occluded_counted(&self, ray: &Ray, counts: &mut Counts) -> bool {
+        counts.ray();
+        PreparedRay::new(ray).is_some_and(|ray| self.0.occluded_walked(&ray, counts))
+    }
+
+    fn all_hits_counted(&self, ray: &Ray, hits: &mut Vec<Hit>, counts: &mut Counts) {
+        counts.ray();
+        hits.clear();
+        if let Some(ray) = PreparedRay::new(ray) {
+            self.0.all_walked(&ray, hits, counts);
+        }
+    }
+
+    fn explain(&self, ray: &Ray) -> Walk {
+        let mut walk = Walk::default();
+        walk.ray();
+        walk.hit =
+            PreparedRay::new(ray).and_then(|ray| answer(self.0.closest_walked(&ray, &mut walk)));
+        walk
+    }
+
+    fn for_each_node(&self, visit: &mut dyn FnMut(NodeInfo)) {
+        for_each(&self.0, |node, depth, bounds, at| {
+            let prims = at.is_leaf().then(|| at.count() as u32);
+            visit(NodeInfo {
+                node,
+                depth,
+                bounds,
+                prims,
+            });
+        });
+    }
+
+    fn bytes(&self) -> usize {
+        self.0.arena.len()
+    }
+}
