@@ -104,13 +104,11 @@ fn outside(surfaces: Surfaces<'_>, bounds: &Bounds, aspect: f64) -> Camera {
     let half_width = half_height * aspect;
 
     let centre = bounds.centre();
-    let corner = |i: u32| Vec3::from(surfaces.positions()[i as usize]).as_dvec3();
     // Without the triangles that can never be hit.
     let corners = || {
         surfaces
-            .triangles()
-            .iter()
-            .map(|triangle| triangle.map(corner))
+            .shown()
+            .map(|(_, _, triangle)| triangle.map(Vec3::as_dvec3))
             .filter(|triangle| {
                 triangle
                     .iter()
@@ -285,7 +283,7 @@ fn view_score(
         let Some(hit) = scene.closest_hit(&ray) else {
             continue;
         };
-        prims.insert(hit.prim);
+        prims.insert((hit.inst, hit.prim));
         let distance = (f64::from(hit.t) / bounds.diagonal()) as f32;
         // Diminishing worth of distance; what stands right before the lens or shows its back counts
         // against.

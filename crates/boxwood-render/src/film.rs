@@ -98,6 +98,11 @@ impl Film {
         self.window.height
     }
 
+    /// Where in the layers the pixel `(x, y)` of the full picture lies.
+    pub(crate) fn index(&self, x: u32, y: u32) -> usize {
+        (y - self.window.y) as usize * self.window.width as usize + (x - self.window.x) as usize
+    }
+
     /// True unless the picture was interrupted.
     pub fn is_complete(&self) -> bool {
         self.finished.iter().all(|&done| done)

@@ -1,4 +1,6 @@
-//! What a shading works with: one sample's random numbers and the rays that it shoots.
+//! What a shading works with: one sample's random numbers, and the answers to its rays.
+
+use std::rc::Rc;
 
 use boxwood::{Hit, Ray};
 use glam::Vec3;
@@ -8,22 +10,31 @@ use crate::{
     light::{LightSample, Shadows},
     sampler::Sampler,
     stage::Stage,
+    wave::Port,
 };
 
-/// One sample of one pixel at work. Counts the rays that it shoots.
+/// One sample of one pixel at work. What asks a ray is to be awaited: meanwhile the other paths of
+/// the [`wave`](crate::wave) catch up.
 #[derive(Debug)]
 pub(crate) struct Probe<'s> {
     pub(crate) stage: &'s Stage<'s>,
     pub(crate) sampler: Sampler,
-    /// Shot so far.
-    pub(crate) rays: u64,
+    port: Rc<Port>,
 }
 
-impl Probe<'_> {
+impl<'s> Probe<'s> {
+    /// Its rays go through `port`.
+    pub(crate) fn new(stage: &'s Stage<'s>, sampler: Sampler, port: Rc<Port>) -> Self {
+        Self {
+            stage,
+            sampler,
+            port,
+        }
+    }
+
     /// What `ray` sees: the scene, the floor, or nothing but sky.
-    pub(crate) fn trace(&mut self, ray: &Ray) -> Option<Surface> {
-        self.rays += 1;
-        let hit = self.stage.scene.closest_hit(ray);
+    pub(crate) async fn trace(&self, ray: &Ray) -> Option<Surface> {
+        let hit = self.port.closest_hit(ray).await;
         self.stage.surface(ray, hit)
     }
 
@@ -33,19 +44,18 @@ impl Probe<'_> {
     }
 
     /// Whether something of the scene stands in the way.
-    pub(crate) fn occluded(&mut self, ray: &Ray) -> bool {
-        self.rays += 1;
-        self.stage.scene.occluded(ray)
+    pub(crate) async fn occluded(&self, ray: &Ray) -> bool {
+        self.port.occluded(ray).await
     }
 
     /// As [`Probe::occluded`], with the floor as an obstacle.
-    pub(crate) fn occluded_or_floor(&mut self, ray: &Ray) -> bool {
-        self.occluded(ray) || self.stage.surface(ray, None).is_some()
+    pub(crate) async fn occluded_or_floor(&self, ray: &Ray) -> bool {
+        self.occluded(ray).await || self.stage.surface(ray, None).is_some()
     }
 
     /// Light number `index` as it reaches `surface` on its visible side; none if it comes from
     /// behind or is in shadow.
-    pub(crate) fn light(
+    pub(crate) async fn light(
         &mut self,
         index: usize,
         surface: &Surface,
@@ -63,7 +73,7 @@ impl Probe<'_> {
         // A glowing triangle must not hide itself.
         let reach = sample.distance * (1.0 - 1e-3);
         let shadow_ray = self.stage.spawn(surface, sample.dir, reach);
-        (!self.occluded(&shadow_ray)).then_some(sample)
+        (!self.occluded(&shadow_ray).await).then_some(sample)
     }
 
     /// The sky in direction `dir`, as light.

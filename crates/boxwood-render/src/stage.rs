@@ -222,7 +222,7 @@ impl<'a> Stage<'a> {
 
 /// The sun over the photographer's left shoulder; `height` is the tangent of its elevation, roughly.
 /// It stands high above courtyards, so that some of it gets in.
-fn key_light(view: &View, sky: Sky, height: f32) -> Sun {
+pub(crate) fn key_light(view: &View, sky: Sky, height: f32) -> Sun {
     let camera = view.camera();
     let ahead = Vec3::from(camera.target) - Vec3::from(camera.eye);
     let ahead = ahead.reject_from(sky.up).normalize_or_zero();

@@ -1,8 +1,8 @@
 //! What the triangles of a scene look like: normals, texture coordinates, materials, lights.
 
-use boxwood::{Hit, Ray};
-use boxwood_scene::{FlatMesh, Material, Model, Texture};
-use glam::{Vec2, Vec3};
+use boxwood::{Affine, Hit, Ray, Transform};
+use boxwood_scene::{FlatMesh, Folded, Instance, Material, Model, Texture};
+use glam::{DVec3, Vec2, Vec3};
 
 use crate::tone::srgb_to_linear;
 
@@ -11,6 +11,9 @@ use crate::tone::srgb_to_linear;
 #[derive(Clone, Copy, Debug)]
 pub struct Surfaces<'a> {
     mesh: &'a FlatMesh,
+    /// Meshes that stand in several places, and where: the numbers of instances below those of `mesh`.
+    parts: &'a [FlatMesh],
+    instances: &'a [Instance],
     materials: &'a [Material],
     textures: &'a [Texture],
 }
@@ -49,41 +52,90 @@ impl<'a> Surfaces<'a> {
     pub fn new(mesh: &'a FlatMesh, model: &'a Model) -> Self {
         Self {
             mesh,
+            parts: &[],
+            instances: &[],
             materials: &model.materials,
             textures: &model.textures,
         }
     }
 
-    /// World-space corner positions; [`Surfaces::triangles`] index them.
+    /// `folded` is `model.fold()`, and the core scene is [`Folded::build`]'s.
+    pub fn of_folded(folded: &'a Folded, model: &'a Model) -> Self {
+        Self {
+            parts: &folded.parts,
+            instances: &folded.instances,
+            ..Self::new(&folded.once, model)
+        }
+    }
+
+    /// How many triangles are shown, every instance multiplied out.
+    pub fn triangle_count(&self) -> u64 {
+        let of_part = |instance: &Instance| self.parts[instance.mesh as usize].indices.len();
+        let of_parts = self.instances.iter().map(of_part);
+        of_parts
+            .chain([self.mesh.indices.len()])
+            .map(|n| n as u64)
+            .sum()
+    }
+
+    /// The corners of every triangle shown, in the world, by number of instance and triangle.
+    pub fn shown(&self) -> impl Iterator<Item = (u32, u32, [Vec3; 3])> + '_ {
+        (0..=self.instances.len() as u32).flat_map(move |inst| {
+            let seen = self.seen(inst);
+            let prims = 0..seen.mesh.indices.len() as u32;
+            prims.map(move |prim| (inst, prim, seen.corners(prim)))
+        })
+    }
+
+    /// The mesh of an instance, and where it stands. There is one more than instances: what is shown once.
+    fn seen(&self, inst: u32) -> Seen<'a> {
+        match self.instances.get(inst as usize) {
+            Some(instance) => Seen {
+                mesh: &self.parts[instance.mesh as usize],
+                place: Some(Affine::of(&Transform::from_columns(
+                    instance.world_from_mesh.to_cols_array_2d(),
+                ))),
+            },
+            None => Seen {
+                mesh: self.mesh,
+                place: None,
+            },
+        }
+    }
+
+    /// World-space corner positions of what is shown once; [`Surfaces::triangles`] index them.
     pub fn positions(&self) -> &'a [[f32; 3]] {
         &self.mesh.positions
     }
 
-    /// One per primitive number.
+    /// One per primitive number of what is shown once.
     pub fn triangles(&self) -> &'a [[u32; 3]] {
         &self.mesh.indices
     }
 
-    /// Index of the material of a triangle, `u32::MAX` for the default material.
-    pub fn material_index(&self, prim: u32) -> u32 {
-        self.mesh
-            .material_of
-            .get(prim as usize)
-            .copied()
-            .unwrap_or(u32::MAX)
+    /// Index of the material of triangle `prim` of instance `inst`, `u32::MAX` for the default material.
+    pub fn material_index(&self, inst: u32, prim: u32) -> u32 {
+        let materials = &self.seen(inst).mesh.material_of;
+        materials.get(prim as usize).copied().unwrap_or(u32::MAX)
     }
 
     /// The material of a triangle, if it has one.
-    pub fn material(&self, prim: u32) -> Option<&'a Material> {
-        self.materials.get(self.material_index(prim) as usize)
+    pub fn material(&self, inst: u32, prim: u32) -> Option<&'a Material> {
+        self.materials.get(self.material_index(inst, prim) as usize)
+    }
+
+    /// True if any material glows.
+    pub fn has_lights(&self) -> bool {
+        self.materials.iter().any(|m| m.emission != [0.0; 3])
     }
 
     /// Whether [`Surface::uv`] says something.
     pub fn has_uvs(&self) -> bool {
-        !self.mesh.uvs.is_empty()
+        let mut meshes = self.parts.iter().chain([self.mesh]);
+        meshes.any(|mesh| !mesh.uvs.is_empty())
     }
 
-    /// The corners of a triangle.
+    /// The corners of a triangle of what is shown once.
     ///
     /// # Panics
     /// If `prim` is not below the number of triangles.
@@ -96,21 +148,22 @@ impl<'a> Surfaces<'a> {
     /// # Panics
     /// If `hit.prim` is not below the number of triangles.
     pub fn at(&self, ray: &Ray, hit: &Hit) -> Surface {
-        let corners = self.corners(hit.prim);
+        let seen = self.seen(hit.inst);
+        let corners = seen.corners(hit.prim);
         let weights = [1.0 - hit.u - hit.v, hit.u, hit.v];
         let dir = Vec3::from(ray.dir);
-        let outward = unit_face_normal(corners);
+        let outward = seen.outward(hit.prim);
         let back = outward.dot(dir) > 0.0;
         let face_normal = if outward == Vec3::ZERO {
             -dir.normalize_or_zero()
         } else {
             outward * side(!back)
         };
-        let uv = self.uv(hit.prim, weights);
+        let uv = seen.uv(hit.prim, weights);
         let base = Surface {
             position: mix(corners, weights),
             face_normal,
-            normal: self.shading_normal(hit.prim, weights, face_normal),
+            normal: seen.shading_normal(hit.prim, weights, face_normal),
             back,
             uv,
             base_color: Vec3::splat(DEFAULT_COLOR),
@@ -119,13 +172,67 @@ impl<'a> Surfaces<'a> {
             roughness: 1.0,
             fade: 0.0,
         };
-        self.material(hit.prim).map_or(base, |material| Surface {
-            base_color: Vec3::from(material.base_color) * self.texel(material, uv),
-            emission: material.emission.into(),
-            metallic: material.metallic.clamp(0.0, 1.0),
-            roughness: material.roughness.clamp(0.0, 1.0),
-            ..base
-        })
+        self.material(hit.inst, hit.prim)
+            .map_or(base, |material| Surface {
+                base_color: Vec3::from(material.base_color) * self.texel(material, uv),
+                emission: material.emission.into(),
+                metallic: material.metallic.clamp(0.0, 1.0),
+                roughness: material.roughness.clamp(0.0, 1.0),
+                ..base
+            })
+    }
+
+    /// The texture's linear colour at `uv`, repeated and bilinear; white without a texture.
+    fn texel(&self, material: &Material, uv: Vec2) -> Vec3 {
+        let texture = material
+            .base_color_texture
+            .and_then(|index| self.textures.get(index as usize));
+        texture
+            .filter(|t| !t.rgba.is_empty())
+            .map_or(Vec3::ONE, |texture| bilinear(texture, uv))
+    }
+}
+
+/// A mesh as it is seen in one place.
+#[derive(Clone, Copy)]
+struct Seen<'a> {
+    mesh: &'a FlatMesh,
+    /// None: it lies in the world already.
+    place: Option<Affine>,
+}
+
+impl Seen<'_> {
+    fn corners_in_mesh(&self, prim: u32) -> [Vec3; 3] {
+        self.mesh.indices[prim as usize].map(|i| self.mesh.positions[i as usize].into())
+    }
+
+    /// In the world.
+    fn corners(&self, prim: u32) -> [Vec3; 3] {
+        let corners = self.corners_in_mesh(prim);
+        match &self.place {
+            None => corners,
+            Some(place) => corners.map(|p| {
+                let [x, y, z] = place.point(p.as_dvec3().to_array());
+                Vec3::new(x as f32, y as f32, z as f32)
+            }),
+        }
+    }
+
+    /// The unit face normal on the side from which the corners run counter-clockwise in the mesh's own space: mirrored,
+    /// the outside stays the outside.
+    fn outward(&self, prim: u32) -> Vec3 {
+        self.turned(unit_face_normal(self.corners_in_mesh(prim)))
+    }
+
+    /// A normal as it stands in the world, of any length.
+    fn turned(&self, normal: Vec3) -> Vec3 {
+        match &self.place {
+            None => normal,
+            Some(place) => {
+                let turned = place.normal(normal.as_dvec3().to_array());
+                DVec3::from(turned).normalize_or_zero().as_vec3()
+            }
+        }
     }
 
     /// The interpolated normal, turned to the side of the face normal; the face normal where there
@@ -136,7 +243,7 @@ impl<'a> Surfaces<'a> {
         }
         let corner =
             self.mesh.indices[prim as usize].map(|i| Vec3::from(self.mesh.normals[i as usize]));
-        let normal = mix(corner, weights).normalize_or_zero();
+        let normal = self.turned(mix(corner, weights)).normalize_or_zero();
         if normal == Vec3::ZERO || !normal.is_finite() {
             return face_normal;
         }
@@ -151,16 +258,6 @@ impl<'a> Surfaces<'a> {
             self.mesh.indices[prim as usize].map(|i| Vec2::from(self.mesh.uvs[i as usize]));
         let uv = a * weights[0] + b * weights[1] + c * weights[2];
         if uv.is_finite() { uv } else { Vec2::ZERO }
-    }
-
-    /// The texture's linear colour at `uv`, repeated and bilinear; white without a texture.
-    fn texel(&self, material: &Material, uv: Vec2) -> Vec3 {
-        let texture = material
-            .base_color_texture
-            .and_then(|index| self.textures.get(index as usize));
-        texture
-            .filter(|t| !t.rgba.is_empty())
-            .map_or(Vec3::ONE, |texture| bilinear(texture, uv))
     }
 }
 

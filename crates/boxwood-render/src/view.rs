@@ -71,6 +71,12 @@ impl View {
         Ray::new(self.eye.into(), dir.into())
     }
 
+    /// The picture plane at distance 1: from the eye to its upper left corner, one pixel to the right,
+    /// one down.
+    pub(crate) fn plane(&self) -> [Vec3; 3] {
+        [self.corner, self.right, self.down]
+    }
+
     /// The ray through the centre of pixel `(x, y)`.
     pub fn pixel_ray(&self, x: u32, y: u32) -> Ray {
         self.ray(x as f32 + 0.5, y as f32 + 0.5)

@@ -1,7 +1,7 @@
 //! Golden pictures of the built-in scenes: small ones, by hash. They change only with a reason, which stands in the
 //! commit that changes them.
 
-use boxwood::Scene;
+use boxwood::BuildOptions;
 use boxwood_render::{RenderOptions, Shading, Surfaces, View, Watch, auto_camera, render};
 
 /// Scene, shading, structure, and the hash of the picture's 8-bit pixels.
@@ -9,7 +9,7 @@ const GOLDEN: &[(&str, &str, &str, u64)] = &[
     ("builtin:bush", "whitted", "bvh2", 0x624d24efb6f4d524),
     ("builtin:bush", "heat-prims", "grid", 0xb6f9e329c5fa51b3),
     ("builtin:cornell", "path", "bvh2", 0x6cb58b46079b23ed),
-    ("builtin:stadium", "heat-boxes", "bvh2", 0xa92e8fd897681dbd),
+    ("builtin:stadium", "heat-boxes", "bvh2", 0x17001dffaf884f3e),
     ("builtin:terrain?n=5000", "ao", "bvh2", 0x4bcd8a518fb3c7b3),
     (
         "builtin:hairball?n=6000",
@@ -24,6 +24,12 @@ const GOLDEN: &[(&str, &str, &str, u64)] = &[
         "bounded",
         0x2a6ad4792c88564f,
     ),
+    (
+        "builtin:instanced_grove",
+        "whitted",
+        "bvh2",
+        0x968c20a92b2505a4,
+    ),
 ];
 
 /// FNV-1a, 64 bits.
@@ -35,10 +41,9 @@ fn hash(bytes: impl Iterator<Item = u8>) -> u64 {
 
 fn picture(name: &str, shading: &str, structure: &str) -> u64 {
     let model = boxwood_scene::open(name).unwrap();
-    let mesh = model.flatten().unwrap();
-    let builder = Scene::builder().mesh(&mesh.positions, &mesh.indices);
-    let scene = builder.structure(structure).build().unwrap();
-    let surfaces = Surfaces::new(&mesh, &model);
+    let mesh = model.fold().unwrap();
+    let scene = mesh.build(structure, &BuildOptions::default()).unwrap();
+    let surfaces = Surfaces::of_folded(&mesh, &model);
     let (width, height) = (96, 64);
     let own = model.cameras.first().copied();
     let camera = own.unwrap_or_else(|| auto_camera(&scene, surfaces, width, height));

@@ -197,6 +197,20 @@ fn every_shading_gives_its_golden_picture_on_one_thread_and_on_two() {
 }
 
 #[test]
+fn colours_do_not_depend_on_whether_rays_are_counted() {
+    for name in ["eyelight", "path"] {
+        let mut options = options(Shading::named(name).unwrap());
+        let counted = shoot(&options, 2);
+        options.counts = false;
+        let plain = shoot(&options, 2);
+        assert_eq!(plain.color, counted.color);
+        assert_eq!(plain.normal, counted.normal);
+        assert_eq!((plain.rays, plain.counts.rays), (counted.rays, 0));
+        assert!(counted.counts.rays == 53 * 37 && counted.box_tests.iter().any(|&n| n > 0));
+    }
+}
+
+#[test]
 fn a_crop_has_the_pixels_of_the_whole() {
     for name in ["path", "prim"] {
         let mut options = options(Shading::named(name).unwrap());

@@ -25,11 +25,13 @@ impl Emitters {
     pub(crate) fn of(surfaces: Surfaces<'_>) -> Self {
         let mut all = Self::default();
         let mut sum = 0.0;
-        for prim in (0u32..).take(surfaces.triangles().len()) {
-            let Some(material) = surfaces.material(prim) else {
+        if !surfaces.has_lights() {
+            return all;
+        }
+        for (inst, prim, corners) in surfaces.shown() {
+            let Some(material) = surfaces.material(inst, prim) else {
                 continue;
             };
-            let corners = surfaces.corners(prim);
             let emission = Vec3::from(material.emission);
             let power =
                 f64::from(luminance(emission)) * f64::from(scaled_normal(corners).length() * 0.5);

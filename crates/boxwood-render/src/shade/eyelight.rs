@@ -4,7 +4,7 @@ use boxwood::{Hit, Ray};
 use glam::Vec3;
 
 use super::{Paint, Shading};
-use crate::{Tone, probe::Probe};
+use crate::{Tone, stage::Stage};
 
 pub(super) const SHADING: Shading = Shading {
     name: "eyelight",
@@ -12,12 +12,11 @@ pub(super) const SHADING: Shading = Shading {
     samples: 4,
     tone: Tone::Neutral,
     lit: false,
-    paint: Paint::Rays(shade),
+    paint: Paint::Hit(shade),
 };
 
-fn shade(probe: &mut Probe<'_>, ray: &Ray, hit: Option<Hit>) -> Vec3 {
+fn shade(stage: &Stage<'_>, ray: &Ray, hit: Option<Hit>) -> Vec3 {
     let dir = Vec3::from(ray.dir);
-    let stage = probe.stage;
     // Not the floor: without shadows it would only hide the horizon.
     let Some(hit) = hit else {
         return stage.sky.backdrop(dir);

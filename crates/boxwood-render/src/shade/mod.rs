@@ -13,7 +13,11 @@ mod whitted;
 use boxwood::{Hit, Ray};
 use glam::Vec3;
 
-use crate::{Film, RenderError, Tone, probe::Probe};
+use crate::{
+    Film, RenderError, Tone,
+    stage::Stage,
+    wave::{self, Glances, Wave},
+};
 
 /// A way to make a picture of a scene.
 #[derive(Clone, Copy, Debug)]
@@ -34,9 +38,10 @@ pub struct Shading {
 /// How the colours come about.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Paint {
-    /// The average over samples: linear light along a camera ray, whose hit in the scene is known
-    /// already.
-    Rays(fn(&mut Probe<'_>, &Ray, Option<Hit>) -> Vec3),
+    /// The average over samples: linear light along a camera ray, from what that ray hits.
+    Hit(fn(&Stage<'_>, &Ray, Option<Hit>) -> Vec3),
+    /// The same with more rays, by a [`wave`](crate::wave).
+    Rays(wave::Open),
     /// A colour scale over a layer of the finished film.
     Layer(Layer),
 }
@@ -83,6 +88,15 @@ impl Shading {
                     .collect::<Vec<_>>()
                     .join(", "),
             })
+    }
+
+    /// Paths of this shading; none for layers.
+    pub(crate) fn wave<'s>(&self, stage: &'s Stage<'s>) -> Option<Box<dyn Wave + 's>> {
+        match self.paint {
+            Paint::Layer(_) => None,
+            Paint::Hit(color) => Some(Box::new(Glances { stage, color })),
+            Paint::Rays(open) => Some(open(stage)),
+        }
     }
 
     /// True for shadings that colour a layer by a scale: depth and heat.

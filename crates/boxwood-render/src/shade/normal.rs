@@ -4,7 +4,7 @@ use boxwood::{Hit, Ray};
 use glam::Vec3;
 
 use super::{DARK, Paint, Shading};
-use crate::{Tone, probe::Probe};
+use crate::{Tone, stage::Stage};
 
 pub(super) const SHADING: Shading = Shading {
     name: "normal",
@@ -12,12 +12,12 @@ pub(super) const SHADING: Shading = Shading {
     samples: 4,
     tone: Tone::Clamp,
     lit: false,
-    paint: Paint::Rays(shade),
+    paint: Paint::Hit(shade),
 };
 
-fn shade(probe: &mut Probe<'_>, ray: &Ray, hit: Option<Hit>) -> Vec3 {
+fn shade(stage: &Stage<'_>, ray: &Ray, hit: Option<Hit>) -> Vec3 {
     hit.map_or(DARK, |hit| {
-        let code = probe.stage.surfaces.at(ray, &hit).normal * 0.5 + 0.5;
+        let code = stage.surfaces.at(ray, &hit).normal * 0.5 + 0.5;
         // The customary colours are the numbers themselves as sRGB codes; the square is close to
         // that in linear light.
         code * code

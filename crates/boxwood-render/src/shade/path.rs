@@ -4,7 +4,14 @@ use boxwood::{Hit, Ray};
 use glam::Vec3;
 
 use super::{Paint, Shading};
-use crate::{Surface, Tone, bsdf::Bsdf, light::Shadows, probe::Probe, tone::luminance};
+use crate::{
+    Surface, Tone,
+    bsdf::Bsdf,
+    light::Shadows,
+    probe::Probe,
+    tone::luminance,
+    wave::{Shade, open},
+};
 
 pub(super) const SHADING: Shading = Shading {
     name: "path",
@@ -12,7 +19,7 @@ pub(super) const SHADING: Shading = Shading {
     samples: 64,
     tone: Tone::Neutral,
     lit: true,
-    paint: Paint::Rays(shade),
+    paint: Paint::Rays(open::<Path>),
 };
 
 /// Bounces before Russian roulette begins.
@@ -28,47 +35,51 @@ const MOST_BLUR: f32 = 0.25;
 
 /// Kajiya 1986, with a light sample at each bounce, combined with the bounce itself by the power
 /// heuristic (Veach 1997).
-fn shade(probe: &mut Probe<'_>, ray: &Ray, hit: Option<Hit>) -> Vec3 {
-    let (mut ray, mut seen) = (*ray, probe.first(ray, hit));
-    let (mut light, mut share) = (Vec3::ZERO, Vec3::ONE);
-    let (mut bounce_pdf, mut blur) = (None, 0.0);
-    for depth in 0..=probe.stage.max_depth {
-        let dir = Vec3::from(ray.dir);
-        let behind = if depth == 0 {
-            probe.backdrop(dir)
-        } else {
-            probe.sky(dir)
-        };
-        let Some(surface) = seen else {
-            return light + cut(probe, share * behind, depth);
-        };
-        light += share * surface.fade * behind;
-        share *= 1.0 - surface.fade;
-        light += cut(
-            probe,
-            share * glow(probe, &ray, &surface, bounce_pdf),
-            depth,
-        );
-        if depth == probe.stage.max_depth {
-            break;
+struct Path;
+
+impl Shade for Path {
+    async fn shade(mut probe: Probe<'_>, mut ray: Ray, hit: Option<Hit>) -> Vec3 {
+        let mut seen = probe.first(&ray, hit);
+        let (mut light, mut share) = (Vec3::ZERO, Vec3::ONE);
+        let (mut bounce_pdf, mut blur) = (None, 0.0);
+        for depth in 0..=probe.stage.max_depth {
+            let dir = Vec3::from(ray.dir);
+            let behind = if depth == 0 {
+                probe.backdrop(dir)
+            } else {
+                probe.sky(dir)
+            };
+            let Some(surface) = seen else {
+                return light + cut(&probe, share * behind, depth);
+            };
+            light += share * surface.fade * behind;
+            share *= 1.0 - surface.fade;
+            light += cut(
+                &probe,
+                share * glow(&probe, &ray, &surface, bounce_pdf),
+                depth,
+            );
+            if depth == probe.stage.max_depth {
+                break;
+            }
+            let bsdf = Bsdf::new(&surface, -dir, blur);
+            let direct = lamps(&mut probe, &surface, &bsdf).await;
+            light += cut(&probe, share * direct, depth);
+            let Some(bounce) = bsdf.sample(&mut probe.sampler) else {
+                break;
+            };
+            share *= bounce.weight;
+            let Some(survivor) = roulette(&mut probe, share, depth) else {
+                break;
+            };
+            share = survivor;
+            bounce_pdf = Some(bounce.pdf);
+            blur = blur.max(width(bounce.pdf)).min(MOST_BLUR);
+            ray = probe.stage.spawn(&surface, bounce.dir, f32::INFINITY);
+            seen = probe.trace(&ray).await;
         }
-        let bsdf = Bsdf::new(&surface, -dir, blur);
-        let direct = lamps(probe, &surface, &bsdf);
-        light += cut(probe, share * direct, depth);
-        let Some(bounce) = bsdf.sample(&mut probe.sampler) else {
-            break;
-        };
-        share *= bounce.weight;
-        let Some(survivor) = roulette(probe, share, depth) else {
-            break;
-        };
-        share = survivor;
-        bounce_pdf = Some(bounce.pdf);
-        blur = blur.max(width(bounce.pdf)).min(MOST_BLUR);
-        ray = probe.stage.spawn(&surface, bounce.dir, f32::INFINITY);
-        seen = probe.trace(&ray);
+        light
     }
-    light
 }
 
 /// The light of the glowing surface that the ray ran into, less the part that the light sample
@@ -91,10 +102,10 @@ fn glow(probe: &Probe<'_>, ray: &Ray, surface: &Surface, bounce_pdf: Option<f32>
 }
 
 /// One sample of each light.
-fn lamps(probe: &mut Probe<'_>, surface: &Surface, bsdf: &Bsdf) -> Vec3 {
+async fn lamps(probe: &mut Probe<'_>, surface: &Surface, bsdf: &Bsdf) -> Vec3 {
     let mut light = Vec3::ZERO;
     for index in 0..probe.stage.lights.count() {
-        let Some(sample) = probe.light(index, surface, Shadows::Soft) else {
+        let Some(sample) = probe.light(index, surface, Shadows::Soft).await else {
             continue;
         };
         let (value, bounce_pdf) = bsdf.eval(sample.dir);

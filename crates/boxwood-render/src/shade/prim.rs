@@ -4,7 +4,7 @@ use boxwood::{Hit, Ray};
 use glam::Vec3;
 
 use super::{DARK, Paint, Shading};
-use crate::{Tone, probe::Probe, sampler::hash};
+use crate::{Tone, sampler::hash, stage::Stage};
 
 pub(super) const SHADING: Shading = Shading {
     name: "prim",
@@ -12,13 +12,12 @@ pub(super) const SHADING: Shading = Shading {
     samples: 4,
     tone: Tone::Clamp,
     lit: false,
-    paint: Paint::Rays(shade),
+    paint: Paint::Hit(shade),
 };
 
-fn shade(probe: &mut Probe<'_>, ray: &Ray, hit: Option<Hit>) -> Vec3 {
+fn shade(stage: &Stage<'_>, ray: &Ray, hit: Option<Hit>) -> Vec3 {
     let Some(hit) = hit else { return DARK };
-    let facing = probe
-        .stage
+    let facing = stage
         .surfaces
         .at(ray, &hit)
         .face_normal

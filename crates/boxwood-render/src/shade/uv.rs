@@ -4,7 +4,7 @@ use boxwood::{Hit, Ray};
 use glam::{Vec2, Vec3};
 
 use super::{DARK, Paint, Shading};
-use crate::{Tone, probe::Probe};
+use crate::{Tone, stage::Stage};
 
 pub(super) const SHADING: Shading = Shading {
     name: "uv",
@@ -12,12 +12,12 @@ pub(super) const SHADING: Shading = Shading {
     samples: 4,
     tone: Tone::Clamp,
     lit: false,
-    paint: Paint::Rays(shade),
+    paint: Paint::Hit(shade),
 };
 
-fn shade(probe: &mut Probe<'_>, ray: &Ray, hit: Option<Hit>) -> Vec3 {
+fn shade(stage: &Stage<'_>, ray: &Ray, hit: Option<Hit>) -> Vec3 {
     let Some(hit) = hit else { return DARK };
-    let surfaces = probe.stage.surfaces;
+    let surfaces = stage.surfaces;
     let uv = if surfaces.has_uvs() {
         surfaces.at(ray, &hit).uv
     } else {

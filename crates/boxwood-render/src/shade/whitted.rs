@@ -4,7 +4,13 @@ use boxwood::{Hit, Ray};
 use glam::Vec3;
 
 use super::{Paint, Shading};
-use crate::{Surface, Tone, bsdf::fresnel, light::Shadows, probe::Probe};
+use crate::{
+    Surface, Tone,
+    bsdf::fresnel,
+    light::Shadows,
+    probe::Probe,
+    wave::{Shade, open},
+};
 
 pub(super) const SHADING: Shading = Shading {
     name: "whitted",
@@ -12,42 +18,46 @@ pub(super) const SHADING: Shading = Shading {
     samples: 16,
     tone: Tone::Neutral,
     lit: true,
-    paint: Paint::Rays(shade),
+    paint: Paint::Rays(open::<Whitted>),
 };
 
 /// Whitted, "An Improved Illumination Model for Shaded Display", CACM 1980, with Blinn's highlights
 /// and the sky as ambient light. As only the mirror ray goes on, the recursion is a loop.
-fn shade(probe: &mut Probe<'_>, ray: &Ray, hit: Option<Hit>) -> Vec3 {
-    let (mut ray, mut seen) = (*ray, probe.first(ray, hit));
-    let (mut light, mut share) = (Vec3::ZERO, Vec3::ONE);
-    for depth in 0..=probe.stage.max_depth {
-        let dir = Vec3::from(ray.dir);
-        let behind = if depth == 0 {
-            probe.backdrop(dir)
-        } else {
-            probe.sky(dir)
-        };
-        let Some(surface) = seen else {
-            return light + share * behind;
-        };
-        light += share * surface.fade * behind;
-        share *= 1.0 - surface.fade;
-        let mirror = mirror_share(&surface, -dir);
-        light += share * (surface.emission + lit(probe, &surface, -dir, mirror));
-        share *= mirror;
-        if share.max_element() < 0.01 {
-            break;
+struct Whitted;
+
+impl Shade for Whitted {
+    async fn shade(mut probe: Probe<'_>, mut ray: Ray, hit: Option<Hit>) -> Vec3 {
+        let mut seen = probe.first(&ray, hit);
+        let (mut light, mut share) = (Vec3::ZERO, Vec3::ONE);
+        for depth in 0..=probe.stage.max_depth {
+            let dir = Vec3::from(ray.dir);
+            let behind = if depth == 0 {
+                probe.backdrop(dir)
+            } else {
+                probe.sky(dir)
+            };
+            let Some(surface) = seen else {
+                return light + share * behind;
+            };
+            light += share * surface.fade * behind;
+            share *= 1.0 - surface.fade;
+            let mirror = mirror_share(&surface, -dir);
+            light += share * (surface.emission + lit(&mut probe, &surface, -dir, mirror).await);
+            share *= mirror;
+            if share.max_element() < 0.01 {
+                break;
+            }
+            ray = probe
+                .stage
+                .spawn(&surface, reflect(dir, &surface), f32::INFINITY);
+            seen = probe.trace(&ray).await;
         }
-        ray = probe
-            .stage
-            .spawn(&surface, reflect(dir, &surface), f32::INFINITY);
-        seen = probe.trace(&ray);
+        light
     }
-    light
 }
 
 /// Ambient light and all lamps that are not in shadow.
-fn lit(probe: &mut Probe<'_>, surface: &Surface, out: Vec3, mirror: Vec3) -> Vec3 {
+async fn lit(probe: &mut Probe<'_>, surface: &Surface, out: Vec3, mirror: Vec3) -> Vec3 {
     let matte = surface.base_color * (Vec3::ONE - mirror) * (1.0 - 0.6 * surface.metallic);
     let mut light = matte * ambient(probe, surface);
     // A highlight as wide as the roughness says: Blinn's exponent for Beckmann slopes of the same
@@ -56,7 +66,7 @@ fn lit(probe: &mut Probe<'_>, surface: &Surface, out: Vec3, mirror: Vec3) -> Vec
     let exponent = 2.0 / (width * width) - 2.0;
     let gloss = Vec3::splat(0.04).lerp(surface.base_color, surface.metallic);
     for index in 0..probe.stage.lights.count() {
-        let Some(sample) = probe.light(index, surface, Shadows::Hard) else {
+        let Some(sample) = probe.light(index, surface, Shadows::Hard).await else {
             continue;
         };
         let cosine = surface.normal.dot(sample.dir);
