@@ -4,10 +4,14 @@
 //! to be, `peer_build` builds from a triangle soup, `peer_closest` and `peer_occluded` answer slices of rays on the
 //! calling thread.
 //!
-//! Modes: `boxwood-single` asks ray by ray, `boxwood-batch` asks for the whole slice; any other name is split at `-` into
+//! Modes: `boxwood-single` asks ray by ray, `boxwood-batch` asks for the whole slice; either with
+//! `-fast` or `-high` builds with that preset, and with `-avx2` or `-sse2` uses that instruction set. Any name is split at `-`, also into
 //! structures, builders and volumes, as in `boxwood-bvh2-sweep` or `boxwood-bounded-sphere`.
 
-use boxwood::{BUILDERS, BuildOptions, Hit, Query, Ray, STRUCTURES, Structure, VOLUMES};
+use boxwood::build::PRESETS;
+use boxwood::{
+    BUILDERS, BuildOptions, Hit, InstructionSet, Query, Ray, STRUCTURES, Structure, VOLUMES,
+};
 use std::collections::HashMap;
 use std::ffi::{CStr, c_char, c_void};
 use std::sync::Mutex;
@@ -180,7 +184,12 @@ fn indexed(soup: &[[[f32; 3]; 3]]) -> (Vec<[f32; 3]>, Vec<[u32; 3]>) {
 fn build(mode: &str, positions: &[[f32; 3]], indices: &[[u32; 3]]) -> Box<dyn Query> {
     let mut options = BuildOptions::default();
     let mut structure = Structure::DEFAULT;
+    let preset = |word| PRESETS.iter().find(move |preset| preset.name == word);
+    if let Some(preset) = mode.split('-').find_map(preset) {
+        options = (preset.options)();
+    }
     for word in mode.split('-') {
+        options.instructions = InstructionSet::named(word).unwrap_or(options.instructions);
         let named = |name: &&str| *name == word;
         structure = STRUCTURES
             .iter()
