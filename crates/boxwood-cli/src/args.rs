@@ -8,11 +8,11 @@ use std::{
 };
 
 use boxwood::{
-    AxisRule, BUILDERS, BuildOptions, Builder, STRUCTURES, Scene, Structure, VOLUMES, Volume,
-    geom::MAX_COORDINATE,
+    AxisRule, BUILDERS, BuildOptions, Builder, PRESETS, Preset, STRUCTURES, Scene, Structure,
+    VOLUMES, Volume, geom::MAX_COORDINATE,
 };
 use boxwood_render::{MAX_SIDE, Surfaces, View, auto_camera};
-use boxwood_scene::{Camera, FlatMesh, Limits, LoadError, MAX_TRIANGLES, Model};
+use boxwood_scene::{Camera, FlatMesh, Folded, Limits, LoadError, MAX_TRIANGLES, Model};
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 
 use crate::{
@@ -40,35 +40,86 @@ pub(crate) struct SceneArgs {
     pub(crate) file: String,
 }
 
-/// A scene ready to be built and shown.
+/// A scene ready to be built and shown: multiplied out, or [`Folded`].
 #[derive(Debug)]
-pub(crate) struct Loaded {
+pub(crate) struct Loaded<M = FlatMesh> {
     /// As the user named it.
     pub(crate) name: String,
     /// As loaded.
     pub(crate) model: Model,
-    /// Multiplied out.
-    pub(crate) mesh: FlatMesh,
-    /// Reading and multiplying out.
+    /// Its triangles.
+    pub(crate) mesh: M,
+    /// Reading, and multiplying out or folding.
     pub(crate) time: Duration,
+}
+
+/// Triangles with looks.
+pub(crate) trait Triangles {
+    /// All that is stored.
+    fn meshes(&self) -> Vec<&FlatMesh>;
+    /// The looks, with the materials of the model.
+    fn surfaces<'a>(&'a self, model: &'a Model) -> Surfaces<'a>;
+}
+
+impl Triangles for FlatMesh {
+    fn meshes(&self) -> Vec<&FlatMesh> {
+        vec![self]
+    }
+
+    fn surfaces<'a>(&'a self, model: &'a Model) -> Surfaces<'a> {
+        Surfaces::new(self, model)
+    }
+}
+
+impl Triangles for Folded {
+    fn meshes(&self) -> Vec<&FlatMesh> {
+        self.parts.iter().chain([&self.once]).collect()
+    }
+
+    fn surfaces<'a>(&'a self, model: &'a Model) -> Surfaces<'a> {
+        Surfaces::of_folded(self, model)
+    }
 }
 
 impl SceneArgs {
     /// Loads the scene and passes its warnings on.
     pub(crate) fn load(&self, out: &Output) -> anyhow::Result<Loaded> {
         let loaded = self.load_quietly()?;
-        for warning in &loaded.model.warnings {
-            out.warn(warning);
-        }
-        let unhittable = loaded.unhittable();
-        if unhittable > 0 {
-            out.warn(format!(
-                "{} of {} lie beyond 2^100 or are not finite, and can never be hit",
-                grouped(unhittable as u64),
-                counted(loaded.mesh.indices.len(), "triangle")
-            ));
-        }
+        loaded.warn(out);
         Ok(loaded)
+    }
+
+    /// Loads the scene, meshes that repeat kept once, and passes its warnings on.
+    pub(crate) fn load_folded(&self, out: &Output) -> anyhow::Result<Loaded<Folded>> {
+        let loaded = self.load_folded_quietly()?;
+        loaded.warn(out);
+        Ok(loaded)
+    }
+
+    /// Loads the scene, meshes that repeat kept once; its warnings stay in the model.
+    pub(crate) fn load_folded_quietly(&self) -> anyhow::Result<Loaded<Folded>> {
+        let start = Instant::now();
+        let model = self.model()?;
+        let kept = match model.repeats() {
+            true => model.unique_triangle_count(),
+            false => model.triangle_count(),
+        };
+        memory::check(&self.file, kept)?;
+        let mesh = model.fold().map_err(|error| self.blamed(error))?;
+        Ok(Loaded {
+            name: self.file.clone(),
+            model,
+            mesh,
+            time: start.elapsed(),
+        })
+    }
+
+    /// An error there is about the scene; it is the user's file that it is in.
+    fn blamed(&self, error: LoadError) -> LoadError {
+        LoadError {
+            file: self.file.clone(),
+            ..error
+        }
     }
 
     /// Loads the scene; its warnings stay in the model.
@@ -76,11 +127,7 @@ impl SceneArgs {
         let start = Instant::now();
         let model = self.model()?;
         memory::check(&self.file, model.triangle_count())?;
-        // An error there is about the scene; it is the user's file that it is in.
-        let mesh = model.flatten().map_err(|error| LoadError {
-            file: self.file.clone(),
-            ..error
-        })?;
+        let mesh = model.flatten().map_err(|error| self.blamed(error))?;
         Ok(Loaded {
             name: self.file.clone(),
             model,
@@ -112,23 +159,40 @@ fn asked_for(name: &str) -> Option<u64> {
     number.filter(|n| *n <= MAX_TRIANGLES)
 }
 
-impl Loaded {
-    /// Triangles that no ray can hit, because exact arithmetic does not reach so far.
-    fn unhittable(&self) -> usize {
-        let reaches = |i: u32| {
-            let corner = self.mesh.positions[i as usize];
-            corner.iter().all(|x| x.abs() <= MAX_COORDINATE)
-        };
-        let triangles = self.mesh.indices.iter();
-        triangles
-            .filter(|corners| !corners.iter().all(|i| reaches(*i)))
-            .count()
+impl<M: Triangles> Loaded<M> {
+    /// Passes the warnings of the loader on.
+    fn warn(&self, out: &Output) {
+        for warning in &self.model.warnings {
+            out.warn(warning);
+        }
+        let meshes = self.mesh.meshes();
+        let unhittable: usize = meshes.iter().map(|mesh| unhittable(mesh)).sum();
+        if unhittable > 0 {
+            let all = meshes.iter().map(|mesh| mesh.indices.len()).sum();
+            out.warn(format!(
+                "{} of {} lie beyond 2^100 or are not finite, and can never be hit",
+                grouped(unhittable as u64),
+                counted(all, "triangle")
+            ));
+        }
     }
 
     /// The looks of the triangles.
     pub(crate) fn surfaces(&self) -> Surfaces<'_> {
-        Surfaces::new(&self.mesh, &self.model)
+        self.mesh.surfaces(&self.model)
     }
+}
+
+/// Triangles that no ray can hit, because exact arithmetic does not reach so far.
+fn unhittable(mesh: &FlatMesh) -> usize {
+    let reaches = |i: &u32| {
+        let corner = mesh.positions[*i as usize];
+        corner.iter().all(|x| x.abs() <= MAX_COORDINATE)
+    };
+    let triangles = mesh.indices.iter();
+    triangles
+        .filter(|corners| !corners.iter().all(reaches))
+        .count()
 }
 
 /// All of standard input, within the limit of files.
@@ -181,7 +245,10 @@ pub(crate) struct StructureArgs {
     /// Acceleration structure.
     #[arg(long, value_name = "NAME", default_value = Structure::DEFAULT, value_parser = structures())]
     pub(crate) structure: Structure,
-    /// Where the builder of a tree splits. [default: binned]
+    /// How much a build may cost for how good a tree.
+    #[arg(long, value_name = "NAME", default_value = "default", value_parser = presets())]
+    pub(crate) preset: Preset,
+    /// What builds a tree. [default: as the preset has it]
     #[arg(long, value_name = "NAME", value_parser = builders())]
     pub(crate) builder: Option<Builder>,
     /// Bounding volume of tree nodes. [default: aabb]
@@ -193,8 +260,8 @@ pub(crate) struct StructureArgs {
     /// Most primitives in a leaf, 1 to 255. [default: 4]
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(1..=255))]
     pub(crate) max_leaf: Option<u32>,
-    /// Bins per axis of the `binned` builder, 2 to 64. [default: 32]
-    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(2..=64))]
+    /// Bins per axis of the `binned` builder, 2 to 32. [default: 16]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(2..=32))]
     pub(crate) bins: Option<u32>,
     /// Grid cells per primitive, 0.01 to 64. [default: 4]
     #[arg(long, value_name = "X", allow_negative_numbers = true, value_parser = density)]
@@ -204,6 +271,13 @@ pub(crate) struct StructureArgs {
 fn structures() -> impl TypedValueParser<Value = Structure> {
     PossibleValuesParser::new(STRUCTURES.iter().map(|s| s.name))
         .try_map(|name| Structure::named(&name))
+}
+
+fn presets() -> impl TypedValueParser<Value = Preset> {
+    PossibleValuesParser::new(PRESETS.iter().map(|p| p.name)).try_map(|name| {
+        let named = |preset: &&Preset| preset.name == name;
+        PRESETS.iter().find(named).copied().ok_or("no such preset")
+    })
 }
 
 fn builders() -> impl TypedValueParser<Value = Builder> {
@@ -225,7 +299,7 @@ fn axes() -> impl TypedValueParser<Value = AxisRule> {
 impl StructureArgs {
     /// The options, defaults filled in.
     pub(crate) fn options(&self) -> BuildOptions {
-        let usual = BuildOptions::default();
+        let usual = (self.preset.options)();
         BuildOptions {
             builder: self.builder.unwrap_or(usual.builder),
             volume: self.volume.map_or(usual.volume, |volume| volume.name),
@@ -239,14 +313,18 @@ impl StructureArgs {
 
     /// `bvh2 (binned, aabb)`.
     pub(crate) fn label(&self) -> String {
-        let options = self.options();
-        match self.structure.is_tree {
-            true => format!(
-                "{} ({}, {})",
-                self.structure.name, options.builder.name, options.volume
-            ),
-            false => self.structure.name.to_owned(),
+        let choices = self.structure.choices(&self.options());
+        match choices.is_empty() {
+            true => self.structure.name.to_owned(),
+            false => format!("{} ({})", self.structure.name, choices.join(", ")),
         }
+    }
+
+    /// Builds over meshes and their instances, and says how long that took.
+    pub(crate) fn build_folded(&self, mesh: &Folded) -> anyhow::Result<(Scene, Duration)> {
+        let start = Instant::now();
+        let scene = mesh.build(self.structure.name, &self.options())?;
+        Ok((scene, start.elapsed()))
     }
 
     /// Builds over `mesh`, and says how long that took.
@@ -318,7 +396,11 @@ impl FromStr for CameraChoice {
 
 impl CameraArgs {
     /// The view: what was typed, over the scene's camera, over one that is found.
-    pub(crate) fn view(&self, scene: &Scene, loaded: &Loaded) -> anyhow::Result<View> {
+    pub(crate) fn view(
+        &self,
+        scene: &Scene,
+        loaded: &Loaded<impl Triangles>,
+    ) -> anyhow::Result<View> {
         let [width, height] = self.size;
         let auto = || self.auto(scene, loaded);
         let cameras = &loaded.model.cameras;
@@ -349,7 +431,7 @@ impl CameraArgs {
     }
 
     /// A camera that is found, which must do unless all that matters was typed.
-    fn auto(&self, scene: &Scene, loaded: &Loaded) -> anyhow::Result<Camera> {
+    fn auto(&self, scene: &Scene, loaded: &Loaded<impl Triangles>) -> anyhow::Result<Camera> {
         let [width, height] = self.size;
         let camera = auto_camera(scene, loaded.surfaces(), width, height);
         if View::new(camera, width, height).is_err() && (self.vp.is_none() || self.vi.is_none()) {

@@ -2,9 +2,7 @@
 
 use std::time::Duration;
 
-use boxwood::{
-    BUILDERS, BuildOptions, Builder, Ray, STRUCTURES, Scene, Structure, VOLUMES, check::Variant,
-};
+use boxwood::{BUILDERS, BuildOptions, Builder, Ray, STRUCTURES, Scene, Structure, check::Variant};
 use boxwood_render::View;
 use boxwood_scene::FlatMesh;
 use glam::Vec3;
@@ -72,7 +70,7 @@ pub(crate) fn contenders(all: bool) -> Vec<Contender> {
             continue;
         }
         for builder in BUILDERS {
-            for volume in VOLUMES {
+            for volume in structure.volumes() {
                 if all || is_chosen(&structure, builder, volume.name) {
                     let options = BuildOptions {
                         volume: volume.name,
@@ -87,22 +85,41 @@ pub(crate) fn contenders(all: bool) -> Vec<Contender> {
     contenders
 }
 
-/// The rays through the centres of pixels, all or an even choice of about `count`.
+/// Every structure with the default options.
+pub(crate) fn usual_contenders() -> Vec<Contender> {
+    let usual = |structure: &Structure| Contender {
+        structure: *structure,
+        options: BuildOptions::default(),
+    };
+    STRUCTURES.iter().map(usual).collect()
+}
+
+/// The rays through the centres of pixels: an even choice of about `count`, or all, in blocks of 8 x 8 as a renderer
+/// asks for them.
 pub(crate) fn camera_rays(view: &View, count: usize) -> Vec<Ray> {
     let (width, height) = (u64::from(view.width()), u64::from(view.height()));
     let pixels = width * height;
     let count = (count as u64).clamp(1, pixels);
-    // Steps of the golden ratio visit the picture evenly.
-    let pixel = |i: u64| {
-        if count == pixels {
-            i
-        } else {
-            scattered(i) % pixels
-        }
-    };
+    if count == pixels {
+        return all_camera_rays(view);
+    }
     (0..count)
-        .map(pixel)
+        .map(|i| scattered(i) % pixels)
         .map(|p| view.pixel_ray((p % width) as u32, (p / width) as u32))
+        .collect()
+}
+
+/// Block by block, row by row in each.
+fn all_camera_rays(view: &View) -> Vec<Ray> {
+    const SIDE: u32 = 8;
+    let starts = |length: u32| (0..length).step_by(SIDE as usize);
+    let block = |start: u32, length: u32| start..length.min(start + SIDE);
+    let (width, height) = (view.width(), view.height());
+    let corners = starts(height).flat_map(|y| starts(width).map(move |x| [x, y]));
+    corners
+        .flat_map(|[x, y]| {
+            block(y, height).flat_map(move |y| block(x, width).map(move |x| view.pixel_ray(x, y)))
+        })
         .collect()
 }
 
@@ -195,10 +212,34 @@ mod tests {
                 "{word} of {names:?}"
             );
         }
-        let trees = STRUCTURES.iter().filter(|s| s.is_tree).count();
-        let all = trees * BUILDERS.len() * VOLUMES.len() + STRUCTURES.len() - trees;
+        let of = |s: &Structure| match s.is_tree {
+            true => BUILDERS.len() * s.volumes().len(),
+            false => 1,
+        };
+        let all = STRUCTURES.iter().map(of).sum::<usize>();
         assert_eq!(contenders(true).len(), all);
         assert!(names.len() < all / 2);
+    }
+
+    #[test]
+    fn all_pixels_come_in_blocks_each_once() {
+        let camera = boxwood_scene::Camera {
+            eye: [0.0, 0.0, 5.0],
+            target: [0.0; 3],
+            up: [0.0, 1.0, 0.0],
+            fov: 40.0,
+        };
+        let view = View::new(camera, 19, 11).unwrap();
+        let rays = camera_rays(&view, usize::MAX);
+        assert_eq!(rays[9], view.pixel_ray(1, 1));
+        assert_eq!(rays[64], view.pixel_ray(8, 0));
+        let place = |ray: &Ray| ray.dir.map(f32::to_bits);
+        let mut found: Vec<_> = rays.iter().map(place).collect();
+        let pixels = (0..19 * 11).map(|i| view.pixel_ray(i % 19, i / 19));
+        let mut expected: Vec<_> = pixels.map(|ray| place(&ray)).collect();
+        found.sort_unstable();
+        expected.sort_unstable();
+        assert_eq!(found, expected);
     }
 
     #[test]

@@ -7,6 +7,7 @@
 mod args;
 mod commands;
 mod contest;
+mod frame_rate;
 mod measure;
 mod memory;
 mod narrator;

@@ -110,11 +110,13 @@ impl<'a> Narrator<'a> {
     /// A line for each step.
     pub(crate) fn narrate(mut self, steps: &[Step]) -> Vec<Line> {
         let line = |step: &Step| match step {
-            Step::Volume(test) => self.volume(test),
-            Step::Cell(visit) => self.cell(visit),
-            Step::Primitive(test) => self.primitive(test),
+            Step::Volume(test) => Some(self.volume(test)),
+            Step::Cell(visit) => Some(self.cell(visit)),
+            Step::Primitive(test) => Some(self.primitive(test)),
+            // Scenes are explained multiplied out.
+            Step::Instance(_) => None,
         };
-        steps.iter().map(line).collect()
+        steps.iter().filter_map(line).collect()
     }
 
     fn volume(&mut self, test: &VolumeTest) -> Line {

@@ -11,6 +11,7 @@ use std::{
 
 use anyhow::Context;
 use boxwood::BuildError;
+use boxwood_measure::MeasureError;
 use boxwood_render::RenderError;
 use boxwood_scene::LoadError;
 use serde::Serialize;
@@ -100,22 +101,33 @@ impl Trouble {
                     RenderError::Decode { .. } | RenderError::SizesDiffer { .. } => Exit::Input,
                     _ => Exit::Usage,
                 };
-                // Their messages end with the remedy, as in "cause; remedy".
-                let text = format!("{error:#}");
-                let (cause, help) = text
-                    .rsplit_once("; ")
-                    .map_or((&*text, None), |(c, h)| (c, Some(h.to_owned())));
-                return Self {
-                    exit,
-                    cause: cause.to_owned(),
-                    help,
+                return Self::with_remedy(error, exit);
+            }
+            if let Some(measure) = cause.downcast_ref::<MeasureError>() {
+                let exit = match measure {
+                    MeasureError::Build(_) | MeasureError::Report { .. } => Exit::Input,
+                    _ => Exit::Usage,
                 };
+                return Self::with_remedy(error, exit);
             }
         }
         Self {
             exit: Exit::Usage,
             cause: format!("{error:#}"),
             help: None,
+        }
+    }
+
+    /// From an error whose message ends with the remedy, as in "cause; remedy".
+    fn with_remedy(error: &anyhow::Error, exit: Exit) -> Self {
+        let text = format!("{error:#}");
+        let (cause, help) = text
+            .rsplit_once("; ")
+            .map_or((&*text, None), |(c, h)| (c, Some(h.to_owned())));
+        Self {
+            exit,
+            cause: cause.to_owned(),
+            help,
         }
     }
 }

@@ -49,6 +49,11 @@ impl Progress {
         }
     }
 
+    /// There are `total` pieces of work after all.
+    pub(crate) fn limit(&self, total: u64) {
+        self.bar.set_length(total);
+    }
+
     /// What is going on, behind the bar.
     pub(crate) fn say(&self, message: impl Into<String>) {
         self.bar.set_message(message.into());

@@ -169,7 +169,7 @@ fn check_says_how_many_rays_each_structure_got() {
     let text = text(&flags, 0);
     assert!(
         text.contains(
-            "the first 1 rays were compared with brute force, the other 1,999 with bvh2 binned aabb"
+            "the first 1 rays were compared with brute force, the other 1,999 with wide binned"
         ),
         "{text}"
     );
@@ -219,7 +219,9 @@ fn race_gives_the_same_answer_in_every_lane() {
     assert_eq!(structures[0]["primitive_tests_per_ray"], 3000.0);
     for row in structures {
         assert!(
-            row["same_answer"] == true && number(&row["ns_per_ray"]) > 1.0,
+            row["same_answer"] == true
+                && number(&row["ns_per_ray"]) > 1.0
+                && number(&row["single_ns_per_ray"]) > 1.0,
             "{row}"
         );
         assert!(
@@ -232,6 +234,22 @@ fn race_gives_the_same_answer_in_every_lane() {
             .iter()
             .all(|row| number(&row["primitive_tests_per_ray"]) < 200.0)
     );
+}
+
+#[test]
+fn race_by_frames_draws_the_same_picture_in_every_lane() {
+    let answer = json(&["race", "builtin:bush?n=3000", "--frames", "--size", "99x45"]);
+    assert_eq!(answer["same_picture"], true);
+    assert_eq!(answer["camera_rays"], 99 * 45);
+    assert!(number(&answer["shadow_rays"]) > 100.0);
+    let structures = rows(&answer, "structures");
+    assert!(structures.len() > 2 && structures.iter().all(|row| row["name"] != "list"));
+    for row in structures {
+        let (share, ms) = (number(&row["query_share"]), number(&row["ms_per_frame"]));
+        assert!(share > 0.0 && share <= 1.0, "{row}");
+        let per_second = number(&row["frames_per_second"]);
+        assert!((ms * per_second - 1e3).abs() < 1.0, "{row}");
+    }
 }
 
 #[test]
@@ -322,7 +340,7 @@ fn bounds_ends_with_a_verdict() {
 #[test]
 fn explain_tells_each_step_of_the_walk() {
     let flags = ["explain", "builtin:cornell", "--pixel", "640,360"];
-    let text = text(&flags, 0);
+    let text = text(&[&flags[..], &["--structure", "bvh2"]].concat(), 0);
     for part in [
         "box 0: t ",
         "\n  box 1 in 0: ",
@@ -336,6 +354,7 @@ fn explain_tells_each_step_of_the_walk() {
     }
     let hits: Vec<Value> = [
         &["--structure", "bvh2"],
+        &["--structure", "wide"],
         &["--structure", "grid"],
         &["--structure", "list"],
         &["--structure", "bounded"],

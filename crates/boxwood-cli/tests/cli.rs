@@ -25,7 +25,7 @@ fn every_command_has_help_with_examples_and_a_manual_page() {
     let folder = folder();
     let commands = commands();
     assert!(
-        commands.len() >= 14 && commands[0] == "demo",
+        commands.len() >= 15 && commands[0] == "demo",
         "{commands:?}"
     );
     for name in &commands {
@@ -54,13 +54,16 @@ fn every_command_prints_one_versioned_json_object() {
     let at = folder.path();
     let hill = "builtin:terrain?n=2000";
     expect(at, &["render", "builtin:cornell", SMALL, "-o", "a.png"], 0);
-    let lines: [&[&str]; 14] = [
+    let lines: [&[&str]; 15] = [
         &["demo", "--size", "64x36"],
         &["render", hill, SMALL, "-o", "hill.png"],
         &["inspect", hill],
         &["cost"],
         &["bounds", hill],
         &["race", hill, SMALL],
+        &[
+            "bench", hill, "--size", "16", "--rounds", "1", "--only", "grid",
+        ],
         &["check", hill, "--rays", "200"],
         &["explain", hill, "--pixel", "24,13", SMALL],
         &["simplify", hill, "--triangles", "500", "-o", "hill.ply"],

@@ -3,10 +3,10 @@
 use std::time::Instant;
 
 use boxwood::{
-    Triangle,
-    check::{self, AIMS, Aim, Failure, Options, Report, VariantReport},
+    Transform, Triangle,
+    check::{self, AIMS, Aim, Failure, Layout, Options, Report, VariantReport},
 };
-use boxwood_scene::FlatMesh;
+use boxwood_scene::{FlatMesh, Folded};
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use serde::Serialize;
 
@@ -22,6 +22,9 @@ use crate::{
 /// no rays) through every structure, by every builder and over every volume, one at a time and in slices, by one thread and
 /// by many, for the closest hit, for any and for all. Every answer must be that of `list`, brute force, in every bit. On
 /// a closed mesh, each line must besides meet the surface an even number of times.
+///
+/// Of a scene whose meshes repeat, structures hold the meshes once and stand around each other: every structure around the
+/// default one and inside it, and each around each.
 ///
 /// Where brute force or a structure is too dear for all the rays it gets the first of them, and the table says how many.
 /// Exit code 1 if anything differs.
@@ -64,7 +67,7 @@ fn aims() -> impl TypedValueParser<Value = Aim> {
 #[derive(Serialize)]
 struct Answer<'a> {
     file: &'a str,
-    triangles: usize,
+    triangles: u64,
     rays: u64,
     seed: u64,
     aim: &'static str,
@@ -98,8 +101,7 @@ struct Row<'a> {
 
 /// Checks, reports, and ends with 1 if anything differs.
 pub(crate) fn run(args: &Args, out: &Output) -> anyhow::Result<Exit> {
-    let loaded = args.scene.load(out)?;
-    let triangles = triangles(&loaded.mesh);
+    let loaded = args.scene.load_folded(out)?;
     let options = Options {
         rays: args.rays.into(),
         seed: args.seed,
@@ -112,17 +114,22 @@ pub(crate) fn run(args: &Args, out: &Output) -> anyhow::Result<Exit> {
         u64::from(args.rays).saturating_mul(check::variants().len() as u64 + 1),
         "answers",
     );
-    let report = check::run(&triangles, &options, &mut |progress| {
+    let mut tell = |progress: &check::Progress<'_>| {
         bar.set(progress.done);
+        bar.limit(progress.total);
         bar.say(format!(
             "{}, {} differences",
             progress.structure, progress.differences
         ));
-    })?;
+    };
+    let report = match loaded.mesh.is_folded() {
+        true => check::run_instances(&layout(&loaded.mesh), &options, &mut tell)?,
+        false => check::run(&triangles(&loaded.mesh.once), &options, &mut tell)?,
+    };
     drop(bar);
     let answer = answer(
         args,
-        triangles.len(),
+        loaded.mesh.triangle_count(),
         &report,
         start.elapsed().as_secs_f64(),
     );
@@ -139,7 +146,21 @@ fn triangles(mesh: &FlatMesh) -> Vec<Triangle> {
     mesh.indices.iter().map(corners).collect()
 }
 
-fn answer<'a>(args: &'a Args, triangles: usize, report: &'a Report, seconds: f64) -> Answer<'a> {
+/// Parts with their instances; what is shown once stands where it is.
+fn layout(mesh: &Folded) -> Layout {
+    let parts = mesh.parts.iter().chain([&mesh.once]);
+    let placed = mesh.instances.iter().map(|instance| {
+        let columns = instance.world_from_mesh.to_cols_array_2d();
+        (instance.mesh, Transform::from_columns(columns))
+    });
+    let once = (mesh.parts.len() as u32, Transform::IDENTITY);
+    Layout {
+        meshes: parts.map(triangles).collect(),
+        instances: placed.chain([once]).collect(),
+    }
+}
+
+fn answer<'a>(args: &'a Args, triangles: u64, report: &'a Report, seconds: f64) -> Answer<'a> {
     let row = |v: &'a VariantReport| Row {
         name: &v.name,
         rays: v.rays,
@@ -203,7 +224,7 @@ fn text(answer: &Answer<'_>) -> String {
         format!(
             "{}: {}, {} rays ({}, seed {}), {} of them hit",
             answer.file,
-            counted(answer.triangles, "triangle"),
+            counted(answer.triangles as usize, "triangle"),
             grouped(answer.rays),
             answer.aim,
             answer.seed,

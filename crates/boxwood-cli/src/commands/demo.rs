@@ -17,7 +17,8 @@ use self::frame::{Frame, Way};
 use super::doctor;
 use crate::{
     args::{self, Loaded, SceneArgs},
-    output::{Exit, Output, grouped, short},
+    frame_rate::frame_rates,
+    output::{Exit, Output, counted, grouped, short},
     progress::interrupted,
     save,
     terminal::{self, Show},
@@ -53,12 +54,15 @@ const PICTURE: &str = "boxwood.png";
 const HEAT: &str = "boxwood-heat.png";
 
 /// How the frame is traced: name, structure, builder. The first is the oracle, the last the fastest.
-const WAYS: [(&str, &str, Builder); 4] = [
+const WAYS: [(&str, &str, Builder); 5] = [
     ("list", "list", Builder::BINNED),
     ("grid", "grid", Builder::BINNED),
     ("bounded median", "bounded", Builder::MEDIAN),
     ("bvh2 binned SAH", "bvh2", Builder::BINNED),
+    ("wide binned SAH", "wide", Builder::BINNED),
 ];
+/// The fastest, which draws.
+const BEST: usize = WAYS.len() - 1;
 
 /// Everything shown, in the words of the JSON object.
 #[derive(Serialize)]
@@ -71,7 +75,20 @@ struct Report {
     simd: Vec<&'static str>,
     ways: Vec<Way>,
     brute_force_flops: u64,
+    /// Of the fastest.
+    drawing: Drawing,
     pictures: [&'static str; 2],
+}
+
+/// Whole frames: a camera ray per pixel, a shadow ray where it hits, flat shading; on all threads.
+#[derive(Serialize)]
+struct Drawing {
+    frames_per_second: f64,
+    ms_per_frame: f64,
+    camera_rays: u64,
+    shadow_rays: u64,
+    /// Of the threads' time, 0 to 1.
+    query_share: f64,
 }
 
 /// Traces, prints as it goes, writes the pictures.
@@ -93,9 +110,11 @@ pub(crate) fn run(args: &Args, out: &Output) -> anyhow::Result<Exit> {
     let Some((scenes, ways)) = trace(&loaded, &price, out)? else {
         return Ok(stopped(out));
     };
+    let drawing = draw(&scenes[BEST], &loaded, [width, height])?;
+    say(out, || drawing.text(&ways[BEST], [width, height]))?;
     let images = [
-        picture(&scenes[3], &loaded, [width, height])?,
-        heat(&scenes[1], &scenes[3], &loaded, [width, height])?,
+        picture(&scenes[BEST], &loaded, [width, height])?,
+        heat(&scenes[1], &scenes[BEST], &loaded, [width, height])?,
     ];
     if interrupted().load(Ordering::Relaxed) {
         return Ok(stopped(out));
@@ -115,6 +134,7 @@ pub(crate) fn run(args: &Args, out: &Output) -> anyhow::Result<Exit> {
             simd: doctor::simd(),
             ways,
             brute_force_flops: price.flops(),
+            drawing,
             pictures: [PICTURE, HEAT],
         })?;
     }
@@ -140,7 +160,7 @@ fn trace(
     loaded: &Loaded,
     price: &Price,
     out: &Output,
-) -> anyhow::Result<Option<([Scene; 4], Vec<Way>)>> {
+) -> anyhow::Result<Option<([Scene; WAYS.len()], Vec<Way>)>> {
     let (oracle, _) = args::build(&loaded.mesh, "list", BuildOptions::default())?;
     let view = view(&oracle, loaded, [price.width as u32, price.height as u32])?;
     let frame = Frame::of(&view, &oracle);
@@ -163,8 +183,8 @@ fn trace(
         ways.push(way);
         scenes.push(scene);
     }
-    let bill = bill(price, &ways[WAYS.len() - 1]);
-    say(out, || format!("{}\n\n{bill}\n", frame.footnote()))?;
+    let bill = bill(price, &ways[BEST]);
+    say(out, || format!("{}\n\n{bill}", frame.footnote()))?;
     Ok(scenes.try_into().ok().map(|scenes| (scenes, ways)))
 }
 
@@ -183,19 +203,19 @@ fn write(image: &Image, name: &str, out: &Output) -> anyhow::Result<()> {
 
 fn banner() -> String {
     let names: Vec<&str> = STRUCTURES.iter().map(|structure| structure.name).collect();
-    let (threads, simd) = (rayon::current_num_threads(), doctor::simd());
+    let threads = rayon::current_num_threads();
     format!(
-        "Boxwood {}: what does this ray hit?\n{threads} thread{}, {} (this version's kernels are scalar), structures {}",
+        "Boxwood {}: what does this ray hit?\n{threads} thread{}, kernels for {}, structures {}",
         env!("CARGO_PKG_VERSION"),
         if threads == 1 { "" } else { "s" },
-        simd.last().unwrap_or(&"no SIMD"),
+        boxwood::InstructionSet::best().name(),
         names.join(" "),
     )
 }
 
 fn ending(time: Duration) -> String {
     format!(
-        "wrote {PICTURE} and {HEAT} (left grid, right bvh2); {:.1} s in all\n\
+        "wrote {PICTURE} and {HEAT} (left grid, right wide); {:.1} s in all\n\
          next: boxwood render builtin:cornell --shading path --show    light, bounced about\n      \
          boxwood race YOUR.obj                                   every structure on your scene\n      \
          boxwood explain builtin:bush --pixel 640,360            one ray, step by step",
@@ -220,6 +240,32 @@ fn bill(price: &Price, fastest: &Way) -> String {
     )
 }
 
+fn draw(scene: &Scene, loaded: &Loaded, size: [u32; 2]) -> anyhow::Result<Drawing> {
+    let view = view(scene, loaded, size)?;
+    let rate = frame_rates(&[scene], loaded.surfaces(), &view, Duration::from_secs(1))[0];
+    Ok(Drawing {
+        frames_per_second: rate.per_second(),
+        ms_per_frame: rate.frame.as_secs_f64() * 1e3,
+        camera_rays: rate.rays.camera,
+        shadow_rays: rate.rays.shadow,
+        query_share: rate.query_share,
+    })
+}
+
+impl Drawing {
+    fn text(&self, way: &Way, [width, height]: [u32; 2]) -> String {
+        let threads = rayon::current_num_threads();
+        format!(
+            "One ray per call it does {} Mrays/s. With a shadow ray from each hit and shading it draws\n\
+             {} frames per second ({width} x {height}, {}, {:.0} % of the time in queries).\n",
+            short(way.single_mrays_per_second),
+            short(self.frames_per_second),
+            counted(threads, "thread"),
+            self.query_share * 100.0,
+        )
+    }
+}
+
 fn view(scene: &Scene, loaded: &Loaded, [width, height]: [u32; 2]) -> anyhow::Result<View> {
     let auto = || boxwood_render::auto_camera(scene, loaded.surfaces(), width, height);
     let camera = loaded.model.cameras.first().copied().unwrap_or_else(auto);
@@ -231,6 +277,7 @@ fn picture(scene: &Scene, loaded: &Loaded, size: [u32; 2]) -> anyhow::Result<Ima
     let usual = RenderOptions::new(Shading::named("whitted")?);
     let options = RenderOptions {
         samples: Some(4),
+        counts: false,
         ..usual
     };
     Ok(film(scene, loaded, size, &options)?.to_image())

@@ -3,18 +3,20 @@
 use std::collections::BTreeMap;
 use std::time::Duration;
 
-use boxwood::{Scene, Stats, Triangle};
-use boxwood_scene::{FlatMesh, Model};
+use boxwood::{Census, Scene, Stats, Triangle};
+use boxwood_scene::{Folded, Model};
 use serde::Serialize;
 
 use crate::{
-    args::{SceneArgs, StructureArgs},
+    args::{SceneArgs, StructureArgs, Triangles},
     output::{Exit, Output, counted, grouped, mebibytes, short},
 };
 
 /// Show what a scene holds, and the shape of the structure over it.
 ///
-/// Triangles are counted with every use of a mesh (`triangles`) and as stored (`unique_triangles`).
+/// Triangles are counted with every use of a mesh (`triangles`) and as stored (`unique_triangles`). Where meshes repeat so
+/// that it pays, the structure holds them once, with instances; then its numbers are those of all structures together, each
+/// once.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:
   boxwood inspect bunny.obj
@@ -63,19 +65,23 @@ struct Bounds {
     max: [f32; 3],
 }
 
-/// Of the structure.
+/// Of the structure; of a scene of instances, of all structures together, each once.
 #[derive(Serialize)]
 struct Shape {
     name: &'static str,
     label: String,
     build_ms: f64,
     bytes: usize,
+    /// Structures: one, or one around instances and one for each mesh in them.
+    structures: usize,
+    /// Triangles in them.
+    triangles: u64,
     nodes: usize,
     leaves: usize,
     max_depth: u32,
     /// Primitives in leaves, those in several counted several times.
     references: usize,
-    /// Null where it says nothing: for grids and scenes without area.
+    /// Null where it says nothing: for grids, instances and scenes without area.
     sah_cost: Option<f64>,
     /// Primitives in a leaf to how many leaves hold so many.
     leaf_sizes: BTreeMap<u32, usize>,
@@ -83,8 +89,8 @@ struct Shape {
 
 /// Loads, builds and prints.
 pub(crate) fn run(args: &Args, out: &Output) -> anyhow::Result<Exit> {
-    let loaded = args.scene.load_quietly()?;
-    let (scene, build_time) = args.structure.build(&loaded.mesh)?;
+    let loaded = args.scene.load_folded_quietly()?;
+    let (scene, build_time) = args.structure.build_folded(&loaded.mesh)?;
     let shape = Shape::of(&scene, args.structure.label(), build_time);
     let report = Report::of(
         &loaded.name,
@@ -110,8 +116,14 @@ impl Shape {
             references,
             leaf_sizes,
             sah_cost,
+            ..
+        } = all_stats(scene);
+        let Census {
+            stored,
+            scenes,
             bytes,
-        } = scene.stats();
+            ..
+        } = scene.census();
         let is_tree =
             boxwood::Structure::named(scene.structure()).is_ok_and(|structure| structure.is_tree);
         Self {
@@ -119,11 +131,13 @@ impl Shape {
             label,
             build_ms: build_time.as_secs_f64() * 1e3,
             bytes,
+            structures: scenes,
+            triangles: stored,
             nodes,
             leaves,
             max_depth,
             references,
-            sah_cost: (is_tree && sah_cost.is_finite()).then_some(sah_cost),
+            sah_cost: (is_tree && scene.nesting() == 0 && sah_cost.is_finite()).then_some(sah_cost),
             leaf_sizes,
         }
     }
@@ -133,16 +147,20 @@ impl Report {
     fn of(
         name: &str,
         model: &Model,
-        mesh: &FlatMesh,
+        mesh: &Folded,
         scene: &Scene,
         (time, structure): (Duration, Shape),
     ) -> Self {
         let box_of = scene.bounds();
         let diagonal = box_of.diagonal();
+        let meshes = mesh.meshes();
         let triangles = || {
-            mesh.indices
+            let corners = |mesh: &'_ boxwood_scene::FlatMesh, t: &[u32; 3]| {
+                Triangle(t.map(|i| mesh.positions[i as usize]))
+            };
+            meshes
                 .iter()
-                .map(|corners| Triangle(corners.map(|i| mesh.positions[i as usize])))
+                .flat_map(move |mesh| mesh.indices.iter().map(move |t| corners(mesh, t)))
         };
         let mut report = Self {
             file: name.to_owned(),
@@ -154,16 +172,16 @@ impl Report {
             materials: model.materials.len(),
             textures: model.textures.len(),
             cameras: model.cameras.len(),
-            has_normals: !mesh.normals.is_empty(),
-            has_uvs: !mesh.uvs.is_empty(),
-            bounds: mesh.bounds().map(|(min, max)| Bounds { min, max }),
+            has_normals: meshes.iter().any(|mesh| !mesh.normals.is_empty()),
+            has_uvs: meshes.iter().any(|mesh| !mesh.uvs.is_empty()),
+            bounds: model.bounds().map(|(min, max)| Bounds { min, max }),
             load_ms: time.as_secs_f64() * 1e3,
             structure,
             degenerate_triangles: triangles().filter(has_no_area).count(),
             huge_triangles: triangles()
                 .filter(|t| boxwood::Aabb::of_triangle(t).diagonal() > 0.5 * diagonal)
                 .count(),
-            skipped_triangles: scene.skipped(),
+            skipped_triangles: skipped(scene),
             warnings: model.warnings.clone(),
         };
         report.warn();
@@ -263,10 +281,7 @@ impl Shape {
         let count = |n: usize| grouped(n as u64);
         let mut lines = vec![
             ("built in", format!("{} ms", short(self.build_ms))),
-            (
-                "memory",
-                format!("{} MiB with the triangles", mebibytes(self.bytes)),
-            ),
+            ("memory", self.memory()),
             (
                 "nodes",
                 format!(
@@ -283,6 +298,17 @@ impl Shape {
         }
         lines.extend(self.histogram());
         lines
+    }
+
+    fn memory(&self) -> String {
+        let all = format!("{} MiB with the triangles", mebibytes(self.bytes));
+        match self.structures {
+            1 => all,
+            n => format!(
+                "{all}, {} stored in {n} structures",
+                grouped(self.triangles)
+            ),
+        }
     }
 
     /// One line per leaf size, or per range of them where there are many.
@@ -320,6 +346,48 @@ impl Shape {
             .map(line)
             .collect()
     }
+}
+
+/// Every different scene in `scene`, and itself, once.
+fn scenes_in(scene: &Scene) -> Vec<&Scene> {
+    let mut all = vec![scene];
+    let mut next = 0;
+    while let Some(scene) = all.get(next).copied() {
+        for inner in scene.instances().iter().map(|instance| &*instance.scene) {
+            if !all.iter().any(|known| std::ptr::eq(*known, inner)) {
+                all.push(inner);
+            }
+        }
+        next += 1;
+    }
+    all
+}
+
+/// The numbers of all structures added up; leaf sizes and references of those that hold triangles, and the first SAH cost.
+fn all_stats(scene: &Scene) -> Stats {
+    let mut sum = scene.stats();
+    if scene.nesting() > 0 {
+        (sum.references, sum.leaf_sizes) = (0, BTreeMap::new());
+    }
+    for inner in &scenes_in(scene)[1..] {
+        let stats = inner.stats();
+        sum.nodes += stats.nodes;
+        sum.leaves += stats.leaves;
+        sum.max_depth = sum.max_depth.max(stats.max_depth);
+        if inner.nesting() == 0 {
+            sum.references += stats.references;
+            for (size, count) in stats.leaf_sizes {
+                *sum.leaf_sizes.entry(size).or_default() += count;
+            }
+        }
+    }
+    sum
+}
+
+/// Triangles as stored that can never be hit.
+fn skipped(scene: &Scene) -> usize {
+    let of_triangles = scenes_in(scene).into_iter().filter(|s| s.nesting() == 0);
+    of_triangles.map(Scene::skipped).sum()
 }
 
 /// In f64: the exact answer for all but extreme coordinates.

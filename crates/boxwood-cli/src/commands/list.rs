@@ -1,13 +1,13 @@
 //! `boxwood list`: everything that can be chosen by name, from the tables themselves.
 
-use boxwood::{BUILDERS, STRUCTURES, VOLUMES};
+use boxwood::{BUILDERS, PRESETS, STRUCTURES, VOLUMES};
 use boxwood_render::SHADINGS;
 use boxwood_scene::{BUILTINS, FORMATS, Size};
 use serde::Serialize;
 
 use crate::output::{Exit, Output, grouped};
 
-/// List structures, builders, volumes, shadings, file formats, built-in scenes.
+/// List structures, builders, presets, volumes, shadings, file formats, built-in scenes.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:\n  boxwood list\n  boxwood list --json")]
 pub(crate) struct Args {}
@@ -17,6 +17,7 @@ pub(crate) struct Args {}
 struct Tables {
     structures: Vec<Entry>,
     builders: Vec<Entry>,
+    presets: Vec<Entry>,
     volumes: Vec<Entry>,
     shadings: Vec<Entry>,
     formats: Vec<Entry>,
@@ -46,6 +47,7 @@ pub(crate) fn run(_: &Args, out: &Output) -> anyhow::Result<Exit> {
     let sections = [
         ("Structures (--structure)", &tables.structures),
         ("Builders of trees (--builder)", &tables.builders),
+        ("Presets of a build (--preset)", &tables.presets),
         ("Bounding volumes of trees (--volume)", &tables.volumes),
         ("Shadings (--shading)", &tables.shadings),
         ("File formats", &tables.formats),
@@ -77,6 +79,7 @@ fn tables() -> Tables {
     Tables {
         structures: STRUCTURES.iter().map(|s| entry(s.name, s.about)).collect(),
         builders: BUILDERS.iter().map(|b| entry(b.name, b.about)).collect(),
+        presets: PRESETS.iter().map(|p| entry(p.name, p.about)).collect(),
         volumes: VOLUMES.iter().map(|v| entry(v.name, v.about)).collect(),
         shadings: SHADINGS.iter().map(|s| entry(s.name, s.about)).collect(),
         formats: FORMATS

@@ -1,5 +1,6 @@
 //! The table of commands. A new one is a file with `Args` and `run`, a `mod` line, and a line in the table.
 
+mod bench;
 mod bounds;
 mod check;
 mod completions;
@@ -47,6 +48,7 @@ commands! {
     Cost => cost,
     Bounds => bounds,
     Race => race,
+    Bench => bench,
     Check => check,
     Explain => explain,
     Simplify => simplify,

@@ -1,6 +1,8 @@
 //! `boxwood race`: every structure on the same rays.
 
-use std::time::Duration;
+mod frames;
+
+use std::{hint::black_box, time::Duration};
 
 use boxwood::{Counts, Hit, Ray, Scene};
 use boxwood_render::View;
@@ -9,7 +11,7 @@ use serde::Serialize;
 
 use crate::{
     args::{CameraArgs, Loaded, SceneArgs},
-    contest::{Built, bounced_rays, camera_rays, contenders, random_rays},
+    contest::{Built, bounced_rays, camera_rays, contenders, random_rays, usual_contenders},
     measure::{Task, interleaved, nanoseconds, on_one_thread},
     output::{Exit, Output, Table, counted, grouped, mebibytes, short},
 };
@@ -18,14 +20,19 @@ use crate::{
 ///
 /// A third of the rays goes through pixels of the picture, a third starts in random directions where those end (as shadows
 /// and bounces do), a third are random lines through the scene. Each structure answers all of them for the closest hit;
-/// building time, memory, tests per ray and time per ray are measured. The structures take turns, and the times are medians.
-/// Brute force gets as many rays as it can do in a moment: its row is an estimate, marked `est.`
+/// building time, memory, tests per ray and time per ray are measured: one ray per call, and in batches of thousands. The
+/// structures take turns, and the times are medians. Brute force gets as many rays as it can do in a moment: its row is an
+/// estimate, marked `est.`
+///
+/// With --frames they draw pictures instead: a batch of camera rays for each tile, a shadow ray from each pixel that hits,
+/// flat shading, all threads. Each structure has its default options; brute force stays out.
 ///
 /// Exit code 1 if two structures do not give the same bits.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
   boxwood race builtin:stadium --rays 3000
+  boxwood race builtin:bush --frames
   boxwood race builtin:cornell --rays 20000 --all --json")]
 pub(crate) struct Args {
     #[command(flatten)]
@@ -36,6 +43,9 @@ pub(crate) struct Args {
     /// Race every structure, builder and volume.
     #[arg(long)]
     all: bool,
+    /// Race by frames per second.
+    #[arg(long)]
+    frames: bool,
     #[command(flatten)]
     camera: CameraArgs,
 }
@@ -79,9 +89,11 @@ struct Row {
     primitive_tests_per_ray: f64,
     flops_per_ray: f64,
     bytes_per_ray: f64,
-    /// On one thread.
+    /// On one thread, in batches.
     ns_per_ray: f64,
-    /// On all threads, in 10^6 rays a second.
+    /// On one thread, one ray per call.
+    single_ns_per_ray: f64,
+    /// On all threads, in batches; 10^6 rays a second.
     mrays_per_second: f64,
     /// Bit for bit, on its rays.
     same_answer: bool,
@@ -91,7 +103,12 @@ struct Row {
 pub(crate) fn run(args: &Args, out: &Output) -> anyhow::Result<Exit> {
     let loaded = args.scene.load(out)?;
     let mut runners = Vec::new();
-    for contender in contenders(args.all) {
+    let mut contenders = match (args.frames, args.all) {
+        (true, false) => usual_contenders(),
+        (_, all) => contenders(all),
+    };
+    contenders.retain(|contender| !(args.frames && contender.is_list()));
+    for contender in contenders {
         out.note(format_args!("building {}", contender.name()));
         runners.push(Runner {
             is_list: contender.is_list(),
@@ -103,6 +120,9 @@ pub(crate) fn run(args: &Args, out: &Output) -> anyhow::Result<Exit> {
         .find(|r| r.built.scene.structure() == boxwood::Structure::DEFAULT);
     let judge = &fastest.unwrap_or(&runners[0]).built.scene;
     let view = args.camera.view(judge, &loaded)?;
+    if args.frames {
+        return race_by_frames(&loaded, &runners, &view, out);
+    }
     let course = Course::new(judge, &view, args.rays as usize);
     let answer = race(&loaded, &runners, &course, out)?;
     if out.is_json() {
@@ -111,6 +131,23 @@ pub(crate) fn run(args: &Args, out: &Output) -> anyhow::Result<Exit> {
         out.text(text(&answer))?;
     }
     Ok(Exit::from_difference(!answer.same_answer))
+}
+
+fn race_by_frames(
+    loaded: &Loaded,
+    runners: &[Runner],
+    view: &View,
+    out: &Output,
+) -> anyhow::Result<Exit> {
+    out.note("drawing ...");
+    let built: Vec<&Built> = runners.iter().map(|runner| &runner.built).collect();
+    let answer = frames::race(loaded, &built, view);
+    if out.is_json() {
+        out.json(&answer)?;
+    } else {
+        out.text(frames::text(&answer))?;
+    }
+    Ok(Exit::from_difference(!answer.same_picture))
 }
 
 struct Runner {
@@ -196,7 +233,7 @@ fn race(
     })
 }
 
-fn row(runner: &Runner, course: &Course, work: Work, slow: Lap, fast: Lap) -> Row {
+fn row(runner: &Runner, course: &Course, work: Work, [batch, single]: [Lap; 2], fast: Lap) -> Row {
     let Built { name, scene, time } = &runner.built;
     let rays = runner.rays(course);
     let per_ray = |sum: u64| sum as f64 / rays.max(1) as f64;
@@ -211,7 +248,8 @@ fn row(runner: &Runner, course: &Course, work: Work, slow: Lap, fast: Lap) -> Ro
         primitive_tests_per_ray: per_ray(work.counts.prims),
         flops_per_ray: per_ray(work.counts.flops),
         bytes_per_ray: per_ray(work.counts.bytes),
-        ns_per_ray: nanoseconds(slow.time, slow.rays),
+        ns_per_ray: nanoseconds(batch.time, batch.rays),
+        single_ns_per_ray: nanoseconds(single.time, single.rays),
         mrays_per_second: 1e3 / nanoseconds(fast.time, fast.rays),
         same_answer: work.same_answer,
     }
@@ -248,26 +286,35 @@ struct Lap {
     rays: usize,
 }
 
-/// In each turn the structures are asked about the same rays, brute force about the first of those.
-fn one_thread(runners: &[Runner], course: &Course) -> Vec<Lap> {
+/// As a batch, and one ray per call. In each turn the structures are asked about the same rays, brute force about the first
+/// of those; first all of them for batches, then all for single rays, so that neither finds its memory in the cache.
+fn one_thread(runners: &[Runner], course: &Course) -> Vec<[Lap; 2]> {
     let turn_of = |runner: &Runner| (runner.rays(course).min(ONE_THREAD_RAYS) / TURNS).max(1);
+    let stride = course.rays.len() / TURNS;
+    let rays = |runner: &Runner, round: usize| &course.rays[round * stride..][..turn_of(runner)];
     let mut tasks: Vec<Task<'_>> = Vec::new();
     for runner in runners {
-        let (turn, stride) = (turn_of(runner), course.rays.len() / TURNS);
-        let mut hits = vec![None; turn];
-        let rays = move |round| &course.rays[round * stride..][..turn];
+        let mut hits = vec![None; turn_of(runner)];
         tasks.push(Box::new(move |round| {
-            runner.built.scene.closest_hits(rays(round), &mut hits);
+            let rays = rays(runner, round);
+            runner.built.scene.closest_hits(rays, &mut hits);
+        }));
+    }
+    for runner in runners {
+        tasks.push(Box::new(move |round| {
+            for ray in rays(runner, round) {
+                black_box(runner.built.scene.closest_hit(ray));
+            }
         }));
     }
     let times = interleaved(TURNS, &mut tasks);
-    times
-        .into_iter()
-        .zip(runners)
-        .map(|(time, runner)| Lap {
-            time,
-            rays: turn_of(runner),
-        })
+    let (batches, singles) = times.split_at(runners.len());
+    let lap = |runner, time: &Duration| Lap {
+        time: *time,
+        rays: turn_of(runner),
+    };
+    let laps = runners.iter().zip(batches.iter().zip(singles));
+    laps.map(|(runner, (batch, single))| [lap(runner, batch), lap(runner, single)])
         .collect()
 }
 
@@ -302,8 +349,9 @@ fn text(answer: &Answer) -> String {
         "box tests/ray",
         "triangle tests/ray",
         "flop/ray",
-        "ns/ray (1 thread)",
-        "Mrays/s (all)",
+        "ns/ray: single",
+        "batch",
+        "Mrays/s",
         "same answer",
     ]);
     for row in &answer.structures {
@@ -318,6 +366,7 @@ fn text(answer: &Answer) -> String {
             short(row.box_tests_per_ray),
             short(row.primitive_tests_per_ray),
             short(row.flops_per_ray),
+            short(row.single_ns_per_ray),
             short(row.ns_per_ray),
             short(row.mrays_per_second),
             if row.same_answer { "yes" } else { "NO" }.to_owned(),
@@ -337,6 +386,8 @@ fn text(answer: &Answer) -> String {
         ),
         String::new(),
         table.to_string(),
+        "\nns/ray: on one thread, one ray per call and in a batch; Mrays/s: batches on all threads"
+            .to_owned(),
     ];
     for row in answer.structures.iter().filter(|row| row.estimated) {
         lines.push(format!(

@@ -9,11 +9,12 @@ use boxwood_render::{
     Crop, Film, PointLight, RenderOptions, SHADINGS, ScaleOptions, Shading, View, Watch, render,
     write_exr, write_png,
 };
+use boxwood_scene::Folded;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use serde::Serialize;
 
 use crate::{
-    args::{self, CameraArgs, Loaded, SceneArgs, StructureArgs, camera_flags},
+    args::{self, CameraArgs, Loaded, SceneArgs, StructureArgs, Triangles, camera_flags},
     output::{Exit, Output, Trouble, counted, grouped, short},
     progress::{Progress, interrupted},
     save,
@@ -150,7 +151,7 @@ fn not_negative(text: &str) -> Result<f32, String> {
 struct Report<'a> {
     file: &'a str,
     output: &'a str,
-    triangles: usize,
+    triangles: u64,
     shading: &'static str,
     structure: String,
     camera: String,
@@ -182,10 +183,14 @@ pub(crate) fn run(args: &Args, out: &Output) -> anyhow::Result<Exit> {
         )
         .into());
     }
-    let loaded = args.scene.load(out)?;
-    let (scene, build_time) = args.structure.build(&loaded.mesh)?;
+    let loaded = args.scene.load_folded(out)?;
+    let (scene, build_time) = args.structure.build_folded(&loaded.mesh)?;
     let view = args.camera.view(&scene, &loaded)?;
-    let options = args.look.options(&scene);
+    let options = RenderOptions {
+        // Layers of the EXR, numbers of the JSON object; a PNG has no use for them.
+        counts: out.is_json() || save::extension(&output) == "exr",
+        ..args.look.options(&scene)
+    };
     let start = Instant::now();
     let film = render_watched(&scene, &loaded, &view, &options)?;
     let time = start.elapsed();
@@ -218,7 +223,7 @@ pub(crate) fn run(args: &Args, out: &Output) -> anyhow::Result<Exit> {
 /// With progress on stderr; Ctrl-C stops it.
 pub(crate) fn render_watched(
     scene: &boxwood::Scene,
-    loaded: &Loaded,
+    loaded: &Loaded<impl Triangles>,
     view: &View,
     options: &RenderOptions,
 ) -> anyhow::Result<Film> {
@@ -327,7 +332,7 @@ fn show(film: &Film, out: &Output) -> anyhow::Result<()> {
 impl Args {
     fn report<'a>(
         &'a self,
-        loaded: &'a Loaded,
+        loaded: &'a Loaded<Folded>,
         output: &'a str,
         (film, view): (&Film, &View),
         build_time: Duration,
@@ -338,7 +343,7 @@ impl Args {
         Report {
             file: &loaded.name,
             output,
-            triangles: loaded.mesh.indices.len(),
+            triangles: loaded.mesh.triangle_count(),
             shading: self.look.shading.name,
             structure: self.structure.label(),
             camera: camera_flags(&view.camera()),
@@ -372,7 +377,7 @@ impl Report<'_> {
         format!(
             "{output}: {width}x{height}, {shading}, {samples} per pixel; {} in {structure}\n\
              loaded in {} ms, built in {} ms, {} rays in {} ms ({} Mrays/s)\ncamera {}",
-            counted(self.triangles, "triangle"),
+            counted(self.triangles as usize, "triangle"),
             short(self.load_ms),
             short(self.build_ms),
             grouped(self.rays),

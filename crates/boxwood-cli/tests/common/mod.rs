@@ -7,6 +7,7 @@ use std::{
 
 use serde_json::Value;
 
+#[allow(dead_code, reason = "not every test draws")]
 pub(crate) const SMALL: &str = "--size=48x27";
 
 pub(crate) fn command(folder: &Path) -> Command {
