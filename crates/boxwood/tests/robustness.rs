@@ -5,7 +5,7 @@
 
 mod common;
 
-use boxwood::{Ray, Scene};
+use boxwood::{Ray, STRUCTURES, Scene};
 use common::{Mesh, Random, code, integer_cube, moved, star};
 
 fn closed_meshes() -> Vec<(&'static str, Mesh, [f32; 3])> {
@@ -292,7 +292,7 @@ fn t_stays_in_the_depth_of_slivers() {
 fn a_million_copies_are_bounded_in_depth_and_memory() {
     let positions = [[0.0, 0.0, 1.0], [1.0, 0.25, 1.5], [0.25, 1.0, 1.0]];
     let indices = vec![[0, 1, 2]; 1_000_000];
-    for structure in ["bvh2", "grid"] {
+    for structure in ["bvh2", "wide", "grid"] {
         let scene = Scene::builder()
             .mesh(&positions, &indices)
             .structure(structure)
@@ -309,5 +309,30 @@ fn a_million_copies_are_bounded_in_depth_and_memory() {
             .closest_hit(&Ray::new([0.4, 0.4, 0.0], [0.0, 0.0, 1.0]))
             .unwrap();
         assert_eq!(hit.prim, 0, "{structure}: ties go to the lowest number");
+    }
+}
+
+#[test]
+fn a_range_that_ends_at_minus_zero_ends_at_zero() {
+    let positions = [[-1.0, -1.0, 0.0], [2.0, -1.0, 0.0], [-1.0, 2.0, 0.0]];
+    let ray = Ray::new([0.0; 3], [0.1, 0.2, 1.0]).with_range(0.0, -0.0);
+    for structure in STRUCTURES {
+        // Two in the same place: the lower number wins, wherever the bound stands by then.
+        let scene = Scene::builder()
+            .mesh(&positions, &[[0, 1, 2], [0, 1, 2]])
+            .structure(structure.name)
+            .build()
+            .unwrap();
+        let hit = scene.closest_hit(&ray);
+        let mut hits = [None; 80];
+        scene.closest_hits(&[ray; 80], &mut hits);
+        assert_eq!(
+            hit.map(|h| (h.t, h.prim)),
+            Some((0.0, 0)),
+            "{}",
+            structure.name
+        );
+        assert!(hits.iter().all(|h| *h == hit), "{}", structure.name);
+        assert!(scene.occluded(&ray), "{}", structure.name);
     }
 }

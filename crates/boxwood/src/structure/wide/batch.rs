@@ -31,7 +31,7 @@ const DONE: u32 = u32::MAX;
 #[repr(C, align(64))]
 struct Slot<const LEN: usize> {
     record: Record,
-    ray: u32,
+    ray: usize,
     at: u32,
     top: u32,
     len: u32,
@@ -326,33 +326,17 @@ fn leaf_step<S: Simd, A: Answers, const FETCH: bool, const LEN: usize>(
     slot: &mut Slot<LEN>,
 ) -> u32 {
     let leaf = Ref(slot.at);
-    let edges = slot.record.edges(simd, &rays[slot.ray as usize]);
+    let edges = slot.record.edges(simd, &rays[slot.ray]);
     let test = leaf_test(simd, &wide.arena, leaf, &edges);
     if test.candidates != 0 {
         if A::ANY {
-            if blocks(
-                simd,
-                wide,
-                &rays[slot.ray as usize],
-                slot,
-                leaf,
-                &edges,
-                &test,
-            ) {
+            if blocks(simd, wide, &rays[slot.ray], slot, leaf, &edges, &test) {
                 slot.best.prim = 0;
                 slot.at = DONE;
                 return DONE;
             }
         } else {
-            consider(
-                simd,
-                wide,
-                &rays[slot.ray as usize],
-                slot,
-                leaf,
-                &edges,
-                &test,
-            );
+            consider(simd, wide, &rays[slot.ray], slot, leaf, &edges, &test);
         }
     }
     slot.top -= 1;
@@ -475,7 +459,8 @@ fn decide_now<const LEN: usize>(
         decide(wide, leaf, lane, &ray, &mut slot.best);
     }
     if slot.best.candidate.t < slot.record.t_max {
-        slot.record.t_max = slot.best.candidate.t;
+        // Never minus zero: the slab test compares as integers.
+        slot.record.t_max = slot.best.candidate.t + 0.0;
     }
 }
 
@@ -514,7 +499,7 @@ fn finish<S: Simd, A: Answers, const LEN: usize>(
     answers: &mut A,
 ) {
     if A::ANY {
-        answers.give(slot.ray as usize, slot.best);
+        answers.give(slot.ray, slot.best);
         return;
     }
     // Usually there is one.
@@ -547,9 +532,9 @@ fn finish<S: Simd, A: Answers, const LEN: usize>(
         return;
     }
     if count > 0 {
-        settle(wide, &rays[slot.ray as usize], slot);
+        settle(wide, &rays[slot.ray], slot);
     }
-    answers.give(slot.ray as usize, slot.best);
+    answers.give(slot.ray, slot.best);
 }
 
 #[inline(never)]
@@ -569,7 +554,7 @@ fn flush<S: Simd, A: Answers>(
             }
             let good = evaluate(simd, &wide.arena, rays, &queue.done, &mut best);
             for k in 0..queue.count {
-                let ray = queue.done[k].ray as usize;
+                let ray = queue.done[k].ray;
                 let best = if good >> k & 1 == 1 {
                     best[k]
                 } else {
@@ -601,7 +586,7 @@ struct Source<'a> {
     bundle: Bundle,
     next: usize,
     records: [Record; WINDOW],
-    ready: [u32; WINDOW],
+    ready: [usize; WINDOW],
     ready_next: usize,
     ready_count: usize,
 }
@@ -636,7 +621,7 @@ fn fill<S: Simd, A: Answers>(simd: S, wide: &Wide, source: &mut Source<'_>, answ
                     let ray = source.next + k;
                     if prepared.valid & !prepared.extreme & (1 << k) != 0 {
                         source.records[source.ready_count] = records[k];
-                        source.ready[source.ready_count] = ray as u32;
+                        source.ready[source.ready_count] = ray;
                         source.ready_count += 1;
                     } else {
                         answers.give(ray, slow::<A>(wide, &source.rays[ray]));

@@ -11,7 +11,7 @@ use fearless_simd::{f32x8, f64x4, mask32x8, prelude::*, u32x8};
 #[derive(Clone, Copy)]
 pub(super) struct Finished {
     pub(super) record: Record,
-    pub(super) ray: u32,
+    pub(super) ray: usize,
     pub(super) leaf: Ref,
     pub(super) lane: u32,
 }
@@ -114,7 +114,7 @@ pub(super) fn evaluate<S: Simd>(
     best: &mut [Best; 8],
 ) -> u32 {
     let row = |k: usize| {
-        let r = &rays[done[k].ray as usize];
+        let r = &rays[done[k].ray];
         f32x8::simd_from(
             simd,
             [

@@ -357,14 +357,14 @@ impl Target<'_> {
                 && let (Some(old), old_prim) = exact(arena, Ref(leaf), lane as usize, &ray)
                 && (old.t, old_prim) < (new.t, prim)
             {
-                (columns.lower[k], columns.bound[k]) = (old.t, old.t);
+                (columns.lower[k], columns.bound[k]) = (old.t, old.t + 0.0);
                 continue;
             }
             (columns.leaf[k], columns.lane[k]) = (
                 f32::from_bits(self.leaf.0),
                 f32::from_bits(self.lane as u32),
             );
-            (columns.lower[k], columns.bound[k]) = (new.t, new.t);
+            (columns.lower[k], columns.bound[k]) = (new.t, new.t + 0.0);
         }
     }
 }

@@ -115,7 +115,7 @@ impl<S: Simd> Search<'_, S> {
             self.decide(leaf, lane);
         }
         if self.best.candidate.t < self.bound {
-            self.bound = self.best.candidate.t;
+            self.bound = self.best.candidate.t + 0.0;
         }
     }
 }
@@ -194,20 +194,22 @@ pub(super) fn closest<S: Simd>(simd: S, wide: &Wide, ray: &PreparedRay) -> Best 
         return wide.closest_walked(ray, &mut NoObserver);
     };
     let arena = &wide.arena;
+    // Minus zero becomes zero here and below: the slab test compares as integers.
+    let t_end = ray.t_max + 0.0;
     let lanes = SlabLanes::new(simd, &slabs, ray.t_min);
     let mut search = Search {
         arena,
         ray,
         edges: EdgeLanes::new(simd, ray),
         best: Best::none(ray.t_max),
-        bound: ray.t_max,
+        bound: t_end,
         leaves: [(Ref(0), 0); PENDING],
         lower: [[0.0; 8]; PENDING],
         len: 0,
     };
     let mut stack = RowStack::<STACK>::new();
     let mut at = root;
-    let mut t_max = f32x8::splat(simd, ray.t_max);
+    let mut t_max = f32x8::splat(simd, t_end);
     'all: loop {
         if at.is_leaf() {
             let found = candidates(simd, arena, at, &search.edges);
@@ -287,7 +289,7 @@ pub(super) fn occluded<S: Simd>(simd: S, wide: &Wide, ray: &PreparedRay) -> bool
     let mut memory = Stack::memory::<STACK>();
     let mut stack = Stack::<u32>::new(&mut memory);
     let mut at = root;
-    let t_max = f32x8::splat(simd, ray.t_max);
+    let t_max = f32x8::splat(simd, ray.t_max + 0.0);
     loop {
         if at.is_leaf() {
             if candidates(simd, arena, at, &edges) != 0 && blocks(simd, arena, at, ray, &edges) {
