@@ -13,11 +13,13 @@ mod transform;
 mod triangle;
 
 pub use aabb::Aabb;
+pub(crate) use float::{max, min};
 pub use hit::{Candidate, Hit};
 pub use obb::Obb;
+pub(crate) use ray::{LEAST_PAD, LIFT, MAX_DIR, MIN_DIR, PAD_PER_DIR};
 pub use ray::{PreparedRay, Ray};
-pub(crate) use slab::filter_pad;
 pub use slab::{AabbPair, Interval, SlabRay, slab_1d};
+pub(crate) use slab::{OWN_PAD, filter_pad};
 pub use sphere::Sphere;
 pub use transform::{Affine, Transform};
 pub(crate) use transform::{Placement, Slack};

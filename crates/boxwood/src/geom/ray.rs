@@ -123,7 +123,7 @@ impl PreparedRay {
         let order = usize::from(x >= y) | usize::from(x >= z) << 1 | usize::from(y >= z) << 2;
         let axes = AXES[order];
         let [kx, ky, kz] = axes;
-        let lift = largest * TWO_POW_MINUS_40;
+        let lift = largest * LIFT;
         let steep = (x < lift) | (y < lift) | (z < lift);
         let recip = if steep {
             lifted(ray.dir, lift)
@@ -141,8 +141,19 @@ impl PreparedRay {
             shear: [ray.dir[kx] / ray.dir[kz], ray.dir[ky] / ray.dir[kz]],
             t_per_depth: 1.0 / f64::from(ray.dir[kz]),
             recip,
-            pad_floor: max(largest * TWO_POW_MINUS_145, TWO_POW_MINUS_110),
+            pad_floor: max(largest * PAD_PER_DIR, LEAST_PAD),
         })
+    }
+
+    /// The ray that this was made of, but for a negative `t_min`.
+    #[inline]
+    pub fn ray(&self) -> Ray {
+        Ray {
+            origin: self.origin,
+            t_min: self.t_min,
+            dir: self.dir,
+            t_max: self.t_max,
+        }
     }
 
     /// True if `t` is finite and in the ray's closed range.
@@ -164,11 +175,16 @@ const AXES: [[usize; 3]; 8] = {
     [z, z, z, x, y, y, y, x]
 };
 
-const MAX_DIR: f32 = 1_208_925_819_614_629_174_706_176.0; // 2^80
-const MIN_DIR: f32 = 1.0 / MAX_DIR;
-const TWO_POW_MINUS_40: f32 = 1.0 / (1u64 << 40) as f32;
-const TWO_POW_MINUS_110: f32 = TWO_POW_MINUS_40 * TWO_POW_MINUS_40 / (1u64 << 30) as f32;
-const TWO_POW_MINUS_145: f32 = TWO_POW_MINUS_110 / (1u64 << 35) as f32;
+/// Largest component of a direction.
+pub(crate) const MAX_DIR: f32 = 1_208_925_819_614_629_174_706_176.0; // 2^80
+/// Smallest that the largest component of a direction may be.
+pub(crate) const MIN_DIR: f32 = 1.0 / MAX_DIR;
+/// Smaller components than this times the largest are lifted before they are divided by.
+pub(crate) const LIFT: f32 = 1.0 / (1u64 << 40) as f32;
+/// [`PreparedRay::pad_floor`] is this times the largest component, and not below [`LEAST_PAD`].
+pub(crate) const PAD_PER_DIR: f32 = LEAST_PAD / (1u64 << 35) as f32;
+/// 2^-110.
+pub(crate) const LEAST_PAD: f32 = LIFT * LIFT / (1u64 << 30) as f32;
 
 #[cfg(test)]
 mod tests {

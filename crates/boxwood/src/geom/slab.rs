@@ -94,7 +94,7 @@ impl Aabb {
 /// Padding of the definition, `16 u A`.
 #[inline]
 fn own_pad(reach: f32, ray: &PreparedRay) -> f32 {
-    reach * TWO_POW_MINUS_20 + ray.pad_floor
+    reach * OWN_PAD + ray.pad_floor
 }
 
 /// Padding of every filter, `32 u A`, for a structure whose whole content reaches `reach` from the ray's origin.
@@ -178,7 +178,8 @@ impl SlabRay {
     }
 }
 
-const TWO_POW_MINUS_20: f32 = 1.0 / (1 << 20) as f32;
+/// Padding of the definition, of the reach: `16 u`.
+pub(crate) const OWN_PAD: f32 = 1.0 / (1 << 20) as f32;
 const TWO_POW_MINUS_22: f32 = 1.0 / (1 << 22) as f32;
 
 #[cfg(test)]

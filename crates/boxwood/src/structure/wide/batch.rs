@@ -2,15 +2,15 @@
 
 use super::bundle::{self, Bundle};
 use super::finish::{Finished, evaluate};
-use super::lanes::{LeafTest, boxes, leaf_test};
+use super::lanes::{boxes, leaf_test};
 use super::layout::Ref;
+use super::pending::{Best, Left, Pending, blocks};
 use super::prepare::{Record, prepare};
-use super::ray::{EdgeLanes, SlabLanes};
-use super::single::{self, Best, exact};
-use super::{STACK, Wide};
+use super::ray::{AXES, EdgeLanes, SlabLanes, splat3};
+use super::{STACK, Wide, single};
 use crate::geom::{PreparedRay, Ray};
 use crate::query::NoObserver;
-use crate::simd::{Third, prefetch};
+use crate::simd::prefetch;
 use fearless_simd::{dispatch, f32x8, i32x8, mask32x8, prelude::*, u32x8};
 use std::marker::PhantomData;
 
@@ -18,8 +18,6 @@ use std::marker::PhantomData;
 const SLOTS: usize = 16;
 /// Rays made ready at a time.
 const WINDOW: usize = 64;
-/// Leaves with candidates that wait.
-const PENDING: usize = 4;
 /// References that wait in most trees; 8 fewer than a power of two.
 const SHALLOW: usize = 120;
 /// References that wait in the deepest.
@@ -34,10 +32,7 @@ struct Slot<const LEN: usize> {
     ray: usize,
     at: u32,
     top: u32,
-    len: u32,
-    best: Best,
-    leaves: [(Ref, u32); PENDING],
-    lower: [[f32; 8]; PENDING],
+    pending: Pending,
     /// What waits, and where it begins. `LEN` is a power of two and 8.
     refs: [u32; LEN],
     near: [f32; LEN],
@@ -54,41 +49,23 @@ pub(super) trait Answers {
 impl Record {
     #[inline(always)]
     fn slabs<S: Simd>(&self, simd: S) -> SlabLanes<S> {
-        let splat = |x: f32| f32x8::splat(simd, x);
         SlabLanes {
-            recip: [
-                splat(self.recip[0]),
-                splat(self.recip[1]),
-                splat(self.recip[2]),
-            ],
-            near: [
-                splat(self.near[0]),
-                splat(self.near[1]),
-                splat(self.near[2]),
-            ],
-            far: [splat(self.far[0]), splat(self.far[1]), splat(self.far[2])],
+            recip: splat3(simd, self.recip),
+            near: splat3(simd, self.near),
+            far: splat3(simd, self.far),
             near_row: [self.rows[0], self.rows[1], self.rows[2]],
-            t_min: splat(self.t_min),
+            t_min: f32x8::splat(simd, self.t_min),
         }
     }
 
     #[inline(always)]
     fn edges<S: Simd>(&self, simd: S, ray: &Ray) -> EdgeLanes<S> {
         let splat = |x: f32| f32x8::splat(simd, x);
-        const AXES: [[Third; 3]; 4] = [
-            [Third::B, Third::C, Third::A],
-            [Third::C, Third::A, Third::B],
-            [Third::A, Third::B, Third::C],
-            [Third::A, Third::B, Third::C],
-        ];
-        let axes = AXES[(self.axis & 3) as usize];
+        let axes = AXES[(self.axis as usize).min(2)];
+        let [kx, ky, kz] = axes.map(|axis| axis as usize);
         EdgeLanes {
             axes,
-            origin: [
-                splat(ray.origin[axes[0] as usize]),
-                splat(ray.origin[axes[1] as usize]),
-                splat(ray.origin[axes[2] as usize]),
-            ],
+            origin: splat3(simd, [ray.origin[kx], ray.origin[ky], ray.origin[kz]]),
             shear: [splat(self.shear[0]), splat(self.shear[1])],
             recip: splat(self.t_per_depth),
             t_min: splat(self.t_min),
@@ -103,10 +80,7 @@ impl<const LEN: usize> Slot<LEN> {
         ray: 0,
         at: 0,
         top: 0,
-        len: 0,
-        best: Best::none(0.0),
-        leaves: [(Ref(0), 0); PENDING],
-        lower: [[0.0; 8]; PENDING],
+        pending: Pending::none(0.0),
         refs: [DONE; LEN],
         near: [0.0; LEN],
     };
@@ -181,10 +155,10 @@ fn one_by_one<S: Simd, A: Answers>(simd: S, wide: &Wide, rays: &[Ray], answers: 
 
 #[inline(always)]
 fn alone<S: Simd, A: Answers>(simd: S, wide: &Wide, ray: &Ray) -> Best {
-    match PreparedRay::new(ray) {
-        None => Best::none(0.0),
-        Some(ray) if A::ANY => Best::blocked(single::occluded(simd, wide, &ray)),
-        Some(ray) => single::closest(simd, wide, &ray),
+    if A::ANY {
+        Best::blocked(single::occluded(simd, wide, ray))
+    } else {
+        single::closest(simd, wide, ray)
     }
 }
 
@@ -327,91 +301,29 @@ fn leaf_step<S: Simd, A: Answers, const FETCH: bool, const LEN: usize>(
 ) -> u32 {
     let leaf = Ref(slot.at);
     let edges = slot.record.edges(simd, &rays[slot.ray]);
-    let test = leaf_test(simd, &wide.arena, leaf, &edges);
+    let (arena, ray) = (&wide.arena, &rays[slot.ray]);
+    let test = leaf_test(simd, arena, leaf, &edges);
     if test.candidates != 0 {
         if A::ANY {
-            if blocks(simd, wide, &rays[slot.ray], slot, leaf, &edges, &test) {
-                slot.best.prim = 0;
+            if blocks(simd, arena, ray, leaf, &test, &edges, ray.t_max) {
+                slot.pending.best.prim = 0;
                 slot.at = DONE;
                 return DONE;
             }
         } else {
-            consider(simd, wide, &rays[slot.ray], slot, leaf, &edges, &test);
+            let before = slot.record.t_max;
+            let pending = &mut slot.pending;
+            let bound = pending.consider(simd, arena, ray, leaf, &test, &edges, before);
+            slot.record.t_max = bound;
+            if bound < before {
+                drop_farther(simd, slot);
+            }
         }
     }
     slot.top -= 1;
     slot.at = slot.refs[Slot::<LEN>::place(slot.top as usize)];
     fetch::<FETCH>(wide, slot.at);
     slot.at
-}
-
-#[inline(always)]
-fn blocks<S: Simd, const LEN: usize>(
-    simd: S,
-    wide: &Wide,
-    ray: &Ray,
-    slot: &Slot<LEN>,
-    leaf: Ref,
-    edges: &EdgeLanes<S>,
-    test: &LeafTest<f32x8<S>>,
-) -> bool {
-    let depths = test.depths(simd, edges);
-    let t_max = f32x8::splat(simd, slot.record.t_max);
-    let before = depths.upper.simd_le(t_max).to_bitmask() as u32;
-    if depths.sure & before != 0 {
-        return true;
-    }
-    let beyond = depths.lower.simd_gt(t_max).to_bitmask() as u32;
-    let unsure = depths.open & !beyond;
-    unsure != 0 && any_exact(wide, leaf, unsure, ray)
-}
-
-#[cold]
-fn any_exact(wide: &Wide, leaf: Ref, mut mask: u32, ray: &Ray) -> bool {
-    let Some(ray) = PreparedRay::new(ray) else {
-        return false;
-    };
-    while mask != 0 {
-        let lane = mask.trailing_zeros() as usize;
-        mask &= mask - 1;
-        if exact(&wide.arena, leaf, lane, &ray).0.is_some() {
-            return true;
-        }
-    }
-    false
-}
-
-#[inline(always)]
-fn consider<S: Simd, const LEN: usize>(
-    simd: S,
-    wide: &Wide,
-    ray: &Ray,
-    slot: &mut Slot<LEN>,
-    leaf: Ref,
-    edges: &EdgeLanes<S>,
-    test: &LeafTest<f32x8<S>>,
-) {
-    let depths = test.depths(simd, edges);
-    let bound = f32x8::splat(simd, slot.record.t_max);
-    let beyond = depths.lower.simd_gt(bound).to_bitmask() as u32;
-    let unsure = depths.open & !depths.sure & !beyond;
-    let sure = depths.sure & !beyond;
-    if sure != 0 {
-        if slot.len as usize == PENDING {
-            settle(wide, ray, slot);
-        }
-        slot.leaves[slot.len as usize] = (leaf, sure);
-        slot.lower[slot.len as usize] = depths.lower.into();
-        slot.len += 1;
-        let sure = mask32x8::from_bitmask(simd, u64::from(sure));
-        slot.record.t_max = sure.select(depths.upper, bound).min(bound).reduce_min();
-    }
-    if unsure != 0 {
-        decide_now(wide, ray, slot, leaf, unsure);
-    }
-    if sure | unsure != 0 {
-        drop_farther(simd, slot);
-    }
 }
 
 /// Takes out of the stack what begins beyond the bound.
@@ -434,55 +346,6 @@ fn drop_farther<S: Simd, const LEN: usize>(simd: S, slot: &mut Slot<LEN>) {
     slot.top = to as u32;
 }
 
-#[inline(always)]
-fn decide(wide: &Wide, leaf: Ref, lane: usize, ray: &PreparedRay, best: &mut Best) {
-    let (found, prim) = exact(&wide.arena, leaf, lane, ray);
-    if let Some(candidate) = found {
-        best.improve(candidate, prim);
-    }
-}
-
-#[cold]
-fn decide_now<const LEN: usize>(
-    wide: &Wide,
-    ray: &Ray,
-    slot: &mut Slot<LEN>,
-    leaf: Ref,
-    mut mask: u32,
-) {
-    let Some(ray) = PreparedRay::new(ray) else {
-        return;
-    };
-    while mask != 0 {
-        let lane = mask.trailing_zeros() as usize;
-        mask &= mask - 1;
-        decide(wide, leaf, lane, &ray, &mut slot.best);
-    }
-    if slot.best.candidate.t < slot.record.t_max {
-        // Never minus zero: the slab test compares as integers.
-        slot.record.t_max = slot.best.candidate.t + 0.0;
-    }
-}
-
-#[inline(never)]
-fn settle<const LEN: usize>(wide: &Wide, ray: &Ray, slot: &mut Slot<LEN>) {
-    let Some(ray) = PreparedRay::new(ray) else {
-        return;
-    };
-    let bound = slot.record.t_max;
-    for i in 0..slot.len as usize {
-        let (leaf, mut mask) = slot.leaves[i];
-        while mask != 0 {
-            let lane = mask.trailing_zeros() as usize & 7;
-            mask &= mask - 1;
-            if slot.lower[i][lane] <= bound {
-                decide(wide, leaf, lane, &ray, &mut slot.best);
-            }
-        }
-    }
-    slot.len = 0;
-}
-
 /// Hits that wait to be evaluated together.
 struct Queue {
     done: [Finished; 8],
@@ -498,43 +361,27 @@ fn finish<S: Simd, A: Answers, const LEN: usize>(
     queue: &mut Queue,
     answers: &mut A,
 ) {
-    if A::ANY {
-        answers.give(slot.ray, slot.best);
-        return;
-    }
-    // Usually there is one.
     let bound = slot.record.t_max;
-    let mut last = (Ref(0), 0);
-    let mut count = 0;
-    for i in 0..slot.len as usize {
-        let near = f32x8::simd_from(simd, slot.lower[i])
-            .simd_le(f32x8::splat(simd, bound))
-            .to_bitmask() as u32;
-        let mask = slot.leaves[i].1 & near;
-        last = if mask != 0 {
-            (slot.leaves[i].0, mask)
-        } else {
-            last
-        };
-        count += mask.count_ones();
-    }
-    if count == 1 && slot.best.prim == u32::MAX {
-        queue.done[queue.count] = Finished {
-            record: slot.record,
-            ray: slot.ray,
-            leaf: last.0,
-            lane: last.1.trailing_zeros(),
-        };
-        queue.count += 1;
-        if queue.count == 8 {
-            flush(simd, wide, rays, queue, answers);
+    if !A::ANY {
+        match slot.pending.left(simd, bound) {
+            Left::Decided => {}
+            Left::Several => slot.pending.settle(&wide.arena, &rays[slot.ray], bound),
+            Left::Only(leaf, lane) => {
+                queue.done[queue.count] = Finished {
+                    record: slot.record,
+                    ray: slot.ray,
+                    leaf,
+                    lane,
+                };
+                queue.count += 1;
+                if queue.count == 8 {
+                    flush(simd, wide, rays, queue, answers);
+                }
+                return;
+            }
         }
-        return;
     }
-    if count > 0 {
-        settle(wide, &rays[slot.ray], slot);
-    }
-    answers.give(slot.ray, slot.best);
+    answers.give(slot.ray, slot.pending.best);
 }
 
 #[inline(never)]
@@ -659,8 +506,6 @@ fn refill<S: Simd, A: Answers, const LEN: usize>(
     source.ready_next += 1;
     slot.at = root.0;
     slot.top = 1;
-    slot.len = 0;
-    slot.best.prim = u32::MAX;
-    slot.best.candidate.t = slot.record.t_max;
+    slot.pending.clear(slot.record.t_max);
     true
 }

@@ -11,7 +11,7 @@ use super::lanes::{Floats, Planes};
 use super::layout::{MAX_LEAF, Ref};
 use super::meet::{List, PACKETS, visit_leaf};
 use super::packet::{Beam, Column, Columns, NONE, load};
-use super::single::Best;
+use super::pending::Best;
 use super::worth::Worth;
 use super::{STACK, Wide};
 use crate::geom::Ray;

@@ -1,8 +1,9 @@
 //! The second half of the exact test, for eight rays at a time: the hits that remain when their traversals are over.
 
+use super::lanes::Floats;
 use super::layout::{Ref, triangle};
+use super::pending::Best;
 use super::prepare::{Record, transpose};
-use super::single::Best;
 use crate::geom::{Candidate, Ray};
 use crate::simd::{Arena, Third};
 use fearless_simd::{f32x8, f64x4, mask32x8, prelude::*, u32x8};
@@ -317,12 +318,12 @@ pub(super) fn evaluate_rows<S: Simd>(
 
 /// `geom::float::max`, by lanes.
 #[inline(always)]
-fn larger<S: Simd>(a: f32x8<S>, b: f32x8<S>) -> f32x8<S> {
+pub(super) fn larger<S: Simd, F: Floats<S>>(a: F, b: F) -> F {
     b.simd_gt(a).select(b, a)
 }
 
 /// `geom::float::min`, by lanes.
 #[inline(always)]
-fn smaller<S: Simd>(a: f32x8<S>, b: f32x8<S>) -> f32x8<S> {
+pub(super) fn smaller<S: Simd, F: Floats<S>>(a: F, b: F) -> F {
     b.simd_lt(a).select(b, a)
 }

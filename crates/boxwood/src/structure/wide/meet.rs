@@ -6,18 +6,12 @@ use super::bundle::Bundle;
 use super::lanes::{Depths, Floats, LeafTest, Planes, sheared, turned};
 use super::layout::Ref;
 use super::packet::{AXES, Beam, Columns, NONE, RAYS, load, store};
-use super::single::exact;
+use super::pending::exact;
 use crate::geom::{PreparedRay, Ray};
 use crate::simd::{AxisRows, Third};
 use core::ops::Range;
 use fearless_simd::prelude::*;
 
-/// By main axis, the axes in the order of the sheared space.
-const THIRDS: [[Third; 3]; 3] = [
-    [Third::B, Third::C, Third::A],
-    [Third::C, Third::A, Third::B],
-    [Third::A, Third::B, Third::C],
-];
 /// More packets than there are with any width of registers.
 pub(super) const PACKETS: usize = RAYS / 4;
 
@@ -176,7 +170,7 @@ fn corners<S: Simd, F: Floats<S>>(
     axis: usize,
 ) -> [[F; 3]; 3] {
     let rows = wide.arena.leaf(leaf.granule(), leaf.count());
-    let [kx, ky, kz] = THIRDS[axis];
+    let [kx, ky, kz] = super::ray::AXES[axis];
     let rows = [rows.axis(kx), rows.axis(ky), rows.axis(kz)];
     [
         corner(simd, rows, Third::A, lane),

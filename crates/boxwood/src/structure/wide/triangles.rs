@@ -2,7 +2,8 @@
 
 use super::batch::{self, Answers};
 use super::layout::{Ref, triangle};
-use super::single::{self, Best};
+use super::pending::Best;
+use super::single;
 use super::walk::{Leaves, for_each, walk};
 use super::{Payload, Wide};
 use crate::build::BuildOptions;
@@ -217,28 +218,24 @@ impl Answers for OccludedEach<'_> {
 
 impl Query for WideTriangles {
     fn closest_hit(&self, ray: &Ray) -> Option<Hit> {
-        // All of it in the kernel's instruction set, the preparation too.
-        dispatch!(self.0.level.0, simd => {
-            PreparedRay::new(ray).and_then(|ray| answer(single::closest(simd, &self.0, &ray)))
-        })
+        // No closure in here: it may be left out of the instruction set.
+        answer(dispatch!(self.0.level.0, simd => single::closest(simd, &self.0, ray)))
     }
 
     fn occluded(&self, ray: &Ray) -> bool {
-        dispatch!(self.0.level.0, simd => {
-            PreparedRay::new(ray).is_some_and(|ray| single::occluded(simd, &self.0, &ray))
-        })
+        dispatch!(self.0.level.0, simd => single::occluded(simd, &self.0, ray))
     }
 
     fn closest_hit_prepared(&self, ray: &PreparedRay, watch: Watch<'_>) -> Option<Hit> {
-        answer(match watch {
-            None => dispatch!(self.0.level.0, simd => single::closest(simd, &self.0, ray)),
-            Some(mut observer) => self.0.closest_walked(ray, &mut observer),
-        })
+        match watch {
+            None => self.closest_hit(&ray.ray()),
+            Some(mut observer) => answer(self.0.closest_walked(ray, &mut observer)),
+        }
     }
 
     fn occluded_prepared(&self, ray: &PreparedRay, watch: Watch<'_>) -> bool {
         match watch {
-            None => dispatch!(self.0.level.0, simd => single::occluded(simd, &self.0, ray)),
+            None => self.occluded(&ray.ray()),
             Some(mut observer) => self.0.occluded_walked(ray, &mut observer),
         }
     }
