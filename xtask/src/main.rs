@@ -1,6 +1,7 @@
 //! The project's own chores, the same at home and in CI: `cargo xtask` lists them.
 #![forbid(unsafe_code)]
 
+mod asm;
 mod ci;
 mod figures;
 mod fuzz;
@@ -22,6 +23,11 @@ const CHORES: &[Chore] = &[
         "fuzz",
         "each file format's fuzz target, for SECONDS (default 60) each",
         fuzz::run,
+    ),
+    (
+        "asm",
+        "the hot loops of the kernels: they call nothing and spill no more than is known",
+        asm::run,
     ),
     (
         "figures",
