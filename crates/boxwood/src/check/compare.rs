@@ -1,8 +1,8 @@
 //! The right answers, and one structure against them.
 
 use super::Rays;
-use super::rays::mix;
-use super::report::{Failure, Question};
+use super::bits::{digest, same};
+use super::report::{Parity, Question, Tally};
 use crate::geom::{Hit, Ray};
 use crate::query::Query;
 use std::ops::Range;
@@ -11,9 +11,6 @@ use std::ops::Range;
 pub(super) const ALL_HITS_EVERY: u64 = 8;
 /// Rays of one slice.
 const BLOCK: u64 = 1 << 10;
-/// Failures kept per structure; the others are counted.
-pub(super) const KEPT: usize = 8;
-
 /// The right answers to a row of rays.
 #[derive(Default)]
 pub(super) struct Reference {
@@ -58,43 +55,6 @@ impl Reference {
     /// The last answers.
     pub(super) fn last(&self, count: u64) -> &[Option<Hit>] {
         &self.closest[self.closest.len() - count as usize..]
-    }
-}
-
-/// What comparing has found.
-#[derive(Default)]
-pub(super) struct Tally {
-    pub(super) differences: u64,
-    pub(super) misses: u64,
-    pub(super) failures: Vec<Failure>,
-}
-
-impl Tally {
-    pub(super) fn add(&mut self, other: Self) {
-        self.differences += other.differences;
-        self.misses += other.misses;
-        let free = KEPT.saturating_sub(self.failures.len());
-        self.failures.extend(other.failures.into_iter().take(free));
-    }
-
-    /// Books one ray: what was wrong with it, if anything. A ray counts once, however many questions fail.
-    fn book(&mut self, index: u64, ray: &Ray, right: Option<&Hit>, wrong: &[(Question, String)]) {
-        let Some((question, found)) = wrong.first() else {
-            return;
-        };
-        self.differences += 1;
-        if self.failures.len() < KEPT {
-            let (expected, found) = (format!("{right:?}"), found.clone());
-            let variant = String::new();
-            self.failures.push(Failure {
-                variant,
-                question: *question,
-                index,
-                ray: *ray,
-                expected,
-                found,
-            });
-        }
     }
 }
 
@@ -167,13 +127,7 @@ pub(super) fn one_slice(
     tally
 }
 
-/// Lines tested for parity, and those that meet a closed mesh an odd number of times.
-#[derive(Default)]
-pub(super) struct Parity {
-    pub(super) lines: u64,
-    pub(super) odd: Vec<(u64, Ray, usize)>,
-}
-
+/// Tests the whole lines of valid rays, if the mesh is closed.
 pub(super) fn parity(
     range: Range<u64>,
     rays: &Rays<'_>,
@@ -193,23 +147,6 @@ pub(super) fn parity(
     parity
 }
 
-/// The same bits in all.
-fn same(a: Option<&Hit>, b: Option<&Hit>) -> bool {
-    a.map(bits) == b.map(bits)
-}
-
-fn bits(hit: &Hit) -> [u32; 6] {
-    let Hit {
-        t,
-        u,
-        v,
-        prim,
-        geom,
-        inst,
-    } = *hit;
-    [t.to_bits(), u.to_bits(), v.to_bits(), prim, geom, inst]
-}
-
 /// Every triangle that the whole line through the ray meets, before and behind its origin, once.
 ///
 /// The exact test sees the same line both ways, bit for bit, so each hit has `t >= 0` in one of the two.
@@ -224,12 +161,6 @@ fn hits_of_line(query: &dyn Query, ray: &Ray) -> usize {
     found.sort_unstable();
     found.dedup();
     found.len()
-}
-
-/// Depends on every bit of every hit and on their order.
-pub(super) fn digest<'a>(hits: impl IntoIterator<Item = &'a Hit>) -> u64 {
-    let words = hits.into_iter().flat_map(bits);
-    words.fold(0, |sum, word| mix(sum ^ (u64::from(word) << 1 | 1)))
 }
 
 /// Cuts a range into blocks and works on them, on all threads where that is compiled in.

@@ -27,6 +27,7 @@
 //! On a [closed](closed()) mesh, every valid ray is also made a whole line, which must meet the mesh an even number of times: that
 //! finds holes which all structures share.
 
+mod bits;
 mod closed;
 mod compare;
 mod instances;

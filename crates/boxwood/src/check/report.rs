@@ -1,10 +1,13 @@
 //! What a check has found.
 
-use super::compare::{KEPT, Parity, Tally, digest};
+use super::bits::digest;
 use super::rays::mix;
 use crate::geom::{Hit, Ray};
 use std::fmt;
 use std::ops::Range;
+
+/// Failures kept per structure; the others are counted.
+pub(super) const KEPT: usize = 8;
 
 /// The result of a check.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -95,6 +98,56 @@ pub enum Question {
     AllHits,
     /// The number of hits of the whole line is odd, though the mesh is closed.
     Parity,
+}
+
+/// What comparing has found.
+#[derive(Default)]
+pub(super) struct Tally {
+    pub(super) differences: u64,
+    pub(super) misses: u64,
+    pub(super) failures: Vec<Failure>,
+}
+
+impl Tally {
+    pub(super) fn add(&mut self, other: Self) {
+        self.differences += other.differences;
+        self.misses += other.misses;
+        let free = KEPT.saturating_sub(self.failures.len());
+        self.failures.extend(other.failures.into_iter().take(free));
+    }
+
+    /// Books one ray: what was wrong with it, if anything. A ray counts once, however many questions fail.
+    pub(super) fn book(
+        &mut self,
+        index: u64,
+        ray: &Ray,
+        right: Option<&Hit>,
+        wrong: &[(Question, String)],
+    ) {
+        let Some((question, found)) = wrong.first() else {
+            return;
+        };
+        self.differences += 1;
+        if self.failures.len() < KEPT {
+            let (expected, found) = (format!("{right:?}"), found.clone());
+            let variant = String::new();
+            self.failures.push(Failure {
+                variant,
+                question: *question,
+                index,
+                ray: *ray,
+                expected,
+                found,
+            });
+        }
+    }
+}
+
+/// Lines tested for parity, and those that meet a closed mesh an odd number of times.
+#[derive(Default)]
+pub(super) struct Parity {
+    pub(super) lines: u64,
+    pub(super) odd: Vec<(u64, Ray, usize)>,
 }
 
 impl Report {

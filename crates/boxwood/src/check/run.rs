@@ -1,6 +1,7 @@
 //! The order of work: right answers first, then one structure after the other.
 
-use super::compare::{self, Reference, Tally, in_blocks, on_one_thread};
+use super::compare::{self, Reference, in_blocks, on_one_thread};
+use super::report::Tally;
 use super::variants::ORACLE;
 use super::{Options, Progress, Rays, Report, Variant, closed};
 use crate::build::BuildOptions;
