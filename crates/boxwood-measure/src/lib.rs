@@ -47,7 +47,7 @@ pub use builds::{BuildTimes, Built, Entry, build_all};
 pub use clock::Clock;
 pub use contender::{Contender, Mode, with_threads};
 pub use error::MeasureError;
-pub use machine::Machine;
+pub use machine::{Machine, short_size};
 pub use probe::{Peak, Probe};
 pub use race::{Heat, Lane, Plan, Step, race};
 pub use rays::{Question, RaySet, outside, ray_sets, sample};

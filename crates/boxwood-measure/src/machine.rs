@@ -91,8 +91,8 @@ fn owned(names: &[&str]) -> Vec<String> {
     names.iter().map(|&name| name.to_owned()).collect()
 }
 
-/// `32 KiB`, `1.5 MiB`, `16 GiB`.
-fn short_size(bytes: u64) -> String {
+/// A size for people: `32 KiB`, `1.5 MiB`, `16 GiB`.
+pub fn short_size(bytes: u64) -> String {
     let (unit, name) = match bytes {
         0..0x10_0000 => (1 << 10, "KiB"),
         0x10_0000..0x4000_0000 => (1 << 20, "MiB"),

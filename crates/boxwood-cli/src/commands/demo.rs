@@ -8,13 +8,13 @@ use std::{
 };
 
 use boxwood::{BuildOptions, Builder, STRUCTURES, Scene, lecture::price::Price};
+use boxwood_measure::Machine;
 use boxwood_render::{
     Film, Image, RenderOptions, Scale, ScaleOptions, Shading, View, Watch, render, write_png,
 };
 use serde::Serialize;
 
 use self::frame::{Frame, Way};
-use super::doctor;
 use crate::{
     args::{self, Loaded, SceneArgs},
     frame_rate::frame_rates,
@@ -72,7 +72,7 @@ struct Report {
     width: u32,
     height: u32,
     threads: usize,
-    simd: Vec<&'static str>,
+    simd: Vec<String>,
     ways: Vec<Way>,
     brute_force_flops: u64,
     /// Of the fastest.
@@ -131,7 +131,7 @@ pub(crate) fn run(args: &Args, out: &Output) -> anyhow::Result<Exit> {
             width,
             height,
             threads: rayon::current_num_threads(),
-            simd: doctor::simd(),
+            simd: Machine::seen().simd,
             ways,
             brute_force_flops: price.flops(),
             drawing,
