@@ -2,8 +2,7 @@
 //! be bounded objects themselves. Its `ray_intersect` asks each child and returns the closest hit.
 
 use super::indexed::Trace;
-use super::instanced::sort_once;
-use super::visit::hit;
+use super::visit::{hit, sort_once};
 use crate::build::{BuildInput, BuildOptions, Topology};
 use crate::error::BuildError;
 use crate::geom::{Aabb, Hit, Interval, PreparedRay, Ray, Sphere, Triangle};

@@ -1,37 +1,12 @@
 //! The three questions where the primitives are instances: the same visitors as for shapes, but an instance has many hits
 //! with names of their own, and what is closest so far is handed inside, so that no more is looked at there than must be.
 
+use super::visit::sort_once;
 use super::{Accel, Visit};
 use crate::geom::{Hit, PreparedRay};
 use crate::prims::Instances;
 use crate::query::Observer;
 use std::ops::ControlFlow;
-
-/// [`ClosestHit`](super::ClosestHit) among instances.
-struct Closest<'a, O> {
-    instances: &'a Instances,
-    ray: &'a PreparedRay,
-    observer: &'a mut O,
-    t_max: f32,
-    best: Option<Hit>,
-}
-
-/// [`Occluded`](super::Occluded) among instances.
-struct Occluded<'a, O> {
-    instances: &'a Instances,
-    ray: &'a PreparedRay,
-    observer: &'a mut O,
-    found: bool,
-}
-
-/// [`AllHits`](super::AllHits) among instances.
-struct AllHits<'a, O> {
-    instances: &'a Instances,
-    ray: &'a PreparedRay,
-    observer: &'a mut O,
-    hits: &'a mut Vec<Hit>,
-    scratch: Vec<Hit>,
-}
 
 /// The hit with the smallest `(t, instance, geometry, primitive)`; `accel` is over the instances, in its order.
 pub(super) fn closest<O: Observer>(
@@ -40,16 +15,11 @@ pub(super) fn closest<O: Observer>(
     ray: &PreparedRay,
     observer: &mut O,
 ) -> Option<Hit> {
-    let ray = &instances.loosened(ray);
-    let mut visitor = Closest {
-        instances,
-        ray,
-        observer,
+    let question = Closest {
         t_max: ray.t_max,
         best: None,
     };
-    accel.traverse(ray, &mut visitor);
-    visitor.best
+    ask(accel, instances, ray, observer, question).best
 }
 
 /// True if anything is hit.
@@ -59,15 +29,8 @@ pub(super) fn is_occluded<O: Observer>(
     ray: &PreparedRay,
     observer: &mut O,
 ) -> bool {
-    let ray = &instances.loosened(ray);
-    let mut visitor = Occluded {
-        instances,
-        ray,
-        observer,
-        found: false,
-    };
-    accel.traverse(ray, &mut visitor);
-    visitor.found
+    let question = Occluded { found: false };
+    ask(accel, instances, ray, observer, question).found
 }
 
 /// Adds all hits to `hits`, which is empty, sorted and each once.
@@ -78,94 +41,141 @@ pub(super) fn collect<O: Observer>(
     hits: &mut Vec<Hit>,
     observer: &mut O,
 ) {
-    let ray = &instances.loosened(ray);
-    let mut visitor = AllHits {
-        instances,
-        ray,
-        observer,
+    let question = AllHits {
         hits,
         scratch: Vec::new(),
     };
+    sort_once(ask(accel, instances, ray, observer, question).hits);
+}
+
+fn ask<O: Observer, Q: Question>(
+    accel: &impl Accel,
+    instances: &Instances,
+    ray: &PreparedRay,
+    observer: &mut O,
+    question: Q,
+) -> Q {
+    let ray = &instances.loosened(ray);
+    let mut visitor = Visitor {
+        instances,
+        ray,
+        observer,
+        question,
+    };
     accel.traverse(ray, &mut visitor);
-    sort_once(hits);
+    visitor.question
 }
 
-/// In the order of [`Hit::order`], each once: an instance may have been asked twice.
-pub(super) fn sort_once(hits: &mut Vec<Hit>) {
-    hits.sort_unstable_by(Hit::order);
-    hits.dedup_by_key(|hit| (hit.inst, hit.geom, hit.prim));
+/// What is asked of each instance, and what has come of it.
+trait Question {
+    /// See [`Visit::IN_ORDER`].
+    const IN_ORDER: bool = false;
+
+    /// Nothing beyond this matters any more.
+    fn t_max(&self, ray: &PreparedRay) -> f32 {
+        ray.t_max
+    }
+
+    /// Asks one instance. `Break` ends the traversal.
+    fn put<O: Observer>(
+        &mut self,
+        instances: &Instances,
+        slot: usize,
+        ray: &PreparedRay,
+        observer: &mut O,
+    ) -> ControlFlow<()>;
 }
 
-impl<O: Observer> Visit for Closest<'_, O> {
+/// [`ClosestHit`](super::ClosestHit) among instances.
+struct Closest {
+    t_max: f32,
+    best: Option<Hit>,
+}
+
+impl Question for Closest {
+    const IN_ORDER: bool = true;
+
     #[inline(always)]
-    fn t_max(&self) -> f32 {
+    fn t_max(&self, _: &PreparedRay) -> f32 {
         self.t_max
     }
 
-    #[inline(always)]
-    fn address(&self, _: u32) -> *const u8 {
-        std::ptr::null()
-    }
-
-    fn leaf(&mut self, slots: impl Iterator<Item = u32>) -> ControlFlow<()> {
-        for slot in slots {
-            let found =
-                self.instances
-                    .closest_hit(slot as usize, self.ray, self.t_max, self.observer);
-            if let Some(hit) = found
-                && self.best.is_none_or(|best| hit.order(&best).is_lt())
-            {
-                self.t_max = hit.t;
-                self.best = Some(hit);
-            }
+    #[inline]
+    fn put<O: Observer>(
+        &mut self,
+        instances: &Instances,
+        slot: usize,
+        ray: &PreparedRay,
+        observer: &mut O,
+    ) -> ControlFlow<()> {
+        let found = instances.closest_hit(slot, ray, self.t_max, observer);
+        if let Some(hit) = found
+            && self.best.is_none_or(|best| hit.order(&best).is_lt())
+        {
+            self.t_max = hit.t;
+            self.best = Some(hit);
         }
         ControlFlow::Continue(())
-    }
-
-    #[inline(always)]
-    fn observer(&mut self) -> &mut impl Observer {
-        &mut *self.observer
     }
 }
 
-impl<O: Observer> Visit for Occluded<'_, O> {
-    const IN_ORDER: bool = false;
+/// [`Occluded`](super::Occluded) among instances.
+struct Occluded {
+    found: bool,
+}
 
-    #[inline(always)]
-    fn t_max(&self) -> f32 {
-        self.ray.t_max
-    }
-
-    #[inline(always)]
-    fn address(&self, _: u32) -> *const u8 {
-        std::ptr::null()
-    }
-
-    fn leaf(&mut self, slots: impl Iterator<Item = u32>) -> ControlFlow<()> {
-        for slot in slots {
-            if self
-                .instances
-                .occluded(slot as usize, self.ray, self.observer)
-            {
-                self.found = true;
-                return ControlFlow::Break(());
-            }
+impl Question for Occluded {
+    #[inline]
+    fn put<O: Observer>(
+        &mut self,
+        instances: &Instances,
+        slot: usize,
+        ray: &PreparedRay,
+        observer: &mut O,
+    ) -> ControlFlow<()> {
+        self.found = instances.occluded(slot, ray, observer);
+        if self.found {
+            return ControlFlow::Break(());
         }
         ControlFlow::Continue(())
-    }
-
-    #[inline(always)]
-    fn observer(&mut self) -> &mut impl Observer {
-        &mut *self.observer
     }
 }
 
-impl<O: Observer> Visit for AllHits<'_, O> {
-    const IN_ORDER: bool = false;
+/// [`AllHits`](super::AllHits) among instances.
+struct AllHits<'a> {
+    hits: &'a mut Vec<Hit>,
+    scratch: Vec<Hit>,
+}
+
+impl Question for AllHits<'_> {
+    #[inline]
+    fn put<O: Observer>(
+        &mut self,
+        instances: &Instances,
+        slot: usize,
+        ray: &PreparedRay,
+        observer: &mut O,
+    ) -> ControlFlow<()> {
+        let into = (&mut *self.hits, &mut self.scratch);
+        instances.all_hits(slot, ray, into, observer);
+        ControlFlow::Continue(())
+    }
+}
+
+/// Puts a question to instances.
+struct Visitor<'a, O, Q> {
+    instances: &'a Instances,
+    ray: &'a PreparedRay,
+    observer: &'a mut O,
+    question: Q,
+}
+
+impl<O: Observer, Q: Question> Visit for Visitor<'_, O, Q> {
+    const IN_ORDER: bool = Q::IN_ORDER;
 
     #[inline(always)]
     fn t_max(&self) -> f32 {
-        self.ray.t_max
+        self.question.t_max(self.ray)
     }
 
     #[inline(always)]
@@ -173,13 +183,11 @@ impl<O: Observer> Visit for AllHits<'_, O> {
         std::ptr::null()
     }
 
-    fn leaf(&mut self, slots: impl Iterator<Item = u32>) -> ControlFlow<()> {
-        for slot in slots {
-            let into = (&mut *self.hits, &mut self.scratch);
-            self.instances
-                .all_hits(slot as usize, self.ray, into, self.observer);
-        }
-        ControlFlow::Continue(())
+    fn leaf(&mut self, mut slots: impl Iterator<Item = u32>) -> ControlFlow<()> {
+        slots.try_for_each(|slot| {
+            self.question
+                .put(self.instances, slot as usize, self.ray, self.observer)
+        })
     }
 
     #[inline(always)]

@@ -75,6 +75,13 @@ pub(crate) fn hit(candidate: Candidate, prim: u32) -> Hit {
     }
 }
 
+/// In the order of [`Hit::order`], each once: a primitive, or an instance, may have been asked twice.
+pub(super) fn sort_once(hits: &mut Vec<Hit>) {
+    hits.sort_unstable_by(Hit::order);
+    // Copies of a hit are equal in all, hence neighbours.
+    hits.dedup_by_key(|hit| (hit.inst, hit.geom, hit.prim));
+}
+
 /// Finds the smallest `(t, primitive)`.
 pub struct ClosestHit<'a, P, O> {
     pub(crate) asked: Asked<'a, P, O>,
@@ -184,9 +191,7 @@ pub struct AllHits<'a, P, O> {
 
 impl<P: Primitives, O: Observer> AllHits<'_, P, O> {
     pub(crate) fn finish(self) {
-        self.hits.sort_unstable_by(Hit::order);
-        // Copies of a hit are equal in all, hence neighbours.
-        self.hits.dedup_by_key(|hit| hit.prim);
+        sort_once(self.hits);
     }
 }
 
