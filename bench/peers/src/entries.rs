@@ -1,7 +1,7 @@
 //! Who takes part: Boxwood's builds, Embree's, and the others.
 
 use crate::rivals::{embree, obvhs, parry, svenstaro};
-use anyhow::{Result, bail};
+use anyhow::{Error, Result, anyhow};
 use boxwood::{
     BUILDERS, BuildOptions, InstructionSet, PRESETS, STRUCTURES, Scene, Structure, VOLUMES,
 };
@@ -87,6 +87,29 @@ impl Build {
     }
 }
 
+/// Looks at names before anything is measured.
+///
+/// # Errors
+/// If one is not known, with those that are.
+pub(crate) fn check(only: &[String]) -> Result<()> {
+    let is_known = |name: &str| {
+        let embree = embree::BUILDS.iter().any(|build| build.name == name);
+        embree || OTHERS.contains(&name) || Build::named(name).is_some()
+    };
+    match only.iter().find(|name| !is_known(name)) {
+        Some(name) => Err(unknown(name)),
+        None => Ok(()),
+    }
+}
+
+fn unknown(name: &str) -> Error {
+    anyhow!(
+        "--only: nobody is called '{name}'; there are {}, {}, and boxwood with words of `boxwood list` as in boxwood-bvh2-sweep",
+        embree::BUILDS.map(|build| build.name).join(", "),
+        OTHERS.join(", ")
+    )
+}
+
 /// Whether any of `only` (all, if there are none) is of Embree.
 pub(crate) fn want_embree(only: &[String]) -> bool {
     only.is_empty() || only.iter().any(|name| name.starts_with("embree"))
@@ -152,11 +175,7 @@ fn entry<'a>(
                 (Some(build), Some(library)) => {
                     Box::new(move |threads| embree::build(library, mesh, build, threads))
                 }
-                _ => bail!(
-                    "nobody is called {name}; there are {}, {}, and boxwood with words of `boxwood list` as in boxwood-bvh2-sweep",
-                    embree::BUILDS.map(|build| build.name).join(", "),
-                    OTHERS.join(", ")
-                ),
+                _ => return Err(unknown(name)),
             }
         }
     };
@@ -192,14 +211,17 @@ mod tests {
 
     #[test]
     fn unknown_names_are_refused_with_the_known_ones() {
-        let mesh = FlatMesh::default();
-        let error = entries(&mesh, None, &["embre".to_owned()])
-            .err()
-            .unwrap()
-            .to_string();
-        assert!(
-            error.contains("nobody is called embre") && error.contains("embree-high"),
-            "{error}"
-        );
+        for name in ["embre", "embree-16", "boxwood-nonsense", ""] {
+            let error = check(&["bvh".to_owned(), name.to_owned()])
+                .unwrap_err()
+                .to_string();
+            assert!(
+                error.contains(&format!("nobody is called '{name}'"))
+                    && error.contains("embree-high")
+                    && !error.contains('\n'),
+                "{error}"
+            );
+        }
+        assert!(check(&usual()).is_ok());
     }
 }

@@ -23,6 +23,7 @@ use results::Results;
 use std::{
     io::{self, Write},
     path::{Path, PathBuf},
+    process::ExitCode,
 };
 
 /// Measure Boxwood beside Embree, obvhs, parry3d and bvh.
@@ -45,7 +46,7 @@ struct Args {
     #[arg(long, value_name = "LIST")]
     all: Option<PathBuf>,
     /// Where --all writes.
-    #[arg(long, value_name = "FILE", requires = "all")]
+    #[arg(long, value_name = "FILE", conflicts_with = "file")]
     out: Option<PathBuf>,
     /// The largest scene of the growth plot of --all; 0: none.
     #[arg(long, value_name = "TRIANGLES", default_value_t = 10_000_000)]
@@ -73,11 +74,49 @@ struct Args {
     html: Option<PathBuf>,
 }
 
-fn main() -> Result<()> {
-    let args = Args::parse();
+fn main() -> ExitCode {
+    match run(&Args::parse()) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error:#}");
+            ExitCode::from(2)
+        }
+    }
+}
+
+/// Measures what is asked for. What was typed is looked at first: measuring takes minutes.
+fn run(args: &Args) -> Result<()> {
     if cfg!(debug_assertions) {
         bail!("this is a debug build, whose figures are worthless; run with --release");
     }
+    entries::check(&args.only)?;
+    [&args.out, &args.html]
+        .into_iter()
+        .flatten()
+        .try_for_each(|path| has_folder(path))?;
+    match (&args.all, &args.file) {
+        (Some(list), _) => all(args, list, &input::list(list)?),
+        (None, Some(file)) => one(args, file),
+        (None, None) => bail!("name a scene or give --all"),
+    }
+}
+
+fn has_folder(path: &Path) -> Result<()> {
+    let folder = path
+        .parent()
+        .filter(|folder| !folder.as_os_str().is_empty());
+    match folder.filter(|folder| !folder.is_dir()) {
+        Some(folder) => bail!(
+            "{}: cannot be written, there is no folder {}",
+            path.display(),
+            folder.display()
+        ),
+        None => Ok(()),
+    }
+}
+
+/// How to measure on this machine, and its limits.
+fn prepare(args: &Args) -> Result<(Settings, Bench)> {
     let machine = Machine::seen();
     let usual_threads = if args.all.is_some() {
         machine.threads
@@ -100,11 +139,7 @@ fn main() -> Result<()> {
         embree,
         embree_version: embree.map(rivals::embree::version).transpose()?,
     };
-    match (&args.all, &args.file) {
-        (Some(list), _) => all(&args, list, &settings, &bench),
-        (None, Some(file)) => one(&args, file, &settings, &bench),
-        (None, None) => bail!("name a scene or give --all"),
-    }
+    Ok((settings, bench))
 }
 
 /// As typed, without the program's own path.
@@ -116,26 +151,27 @@ fn command() -> String {
     )
 }
 
-fn one(args: &Args, file: &str, settings: &Settings, bench: &Bench) -> Result<()> {
+fn one(args: &Args, file: &str) -> Result<()> {
     let input = Input {
         name: file.to_owned(),
         file: file.to_owned(),
         camera: args.cam,
     };
     let mesh = input.load(Path::new(""))?;
-    let measured = measure(&input.name, &mesh, input.camera, settings, bench)?;
+    let (settings, bench) = prepare(args)?;
+    let measured = measure(&input.name, &mesh, input.camera, &settings, &bench)?;
     if let Some(path) = &args.html {
         write(
             path,
-            &output::page(std::slice::from_ref(&measured), Vec::new(), bench)?,
+            &output::page(std::slice::from_ref(&measured), Vec::new(), &bench)?,
         )?;
     }
     if args.json {
         return say(&serde_json::to_string_pretty(&output::json(
-            &measured, bench,
+            &measured, &bench,
         )?)?);
     }
-    say(&output::text(&measured, bench))
+    say(&output::text(&measured, &bench))
 }
 
 /// On stdout. A reader who has left (`| head`) is no failure.
@@ -147,10 +183,11 @@ fn say(text: &str) -> Result<()> {
 }
 
 /// All scenes of a list; one that cannot be measured is skipped, and RESULTS says why.
-fn all(args: &Args, list: &Path, settings: &Settings, bench: &Bench) -> Result<()> {
+fn all(args: &Args, list: &Path, inputs: &[Input]) -> Result<()> {
+    let (settings, bench) = &prepare(args)?;
     let folder = list.parent().unwrap_or(Path::new(""));
     let (mut measured, mut skipped) = (Vec::new(), Vec::new());
-    for input in input::list(list)? {
+    for input in inputs {
         let scene = input.load(folder);
         match scene.and_then(|mesh| measure(&input.name, &mesh, input.camera, settings, bench)) {
             Ok(scene) => {
@@ -159,7 +196,7 @@ fn all(args: &Args, list: &Path, settings: &Settings, bench: &Bench) -> Result<(
             }
             Err(error) => {
                 eprintln!("{}: skipped: {error:#}", input.name);
-                skipped.push((input.name, format!("{error:#}")));
+                skipped.push((input.name.clone(), format!("{error:#}")));
             }
         }
     }

@@ -24,7 +24,7 @@ pub(crate) fn open() -> Result<&'static Library> {
             PathBuf::from(path),
             env::var_os("TBB_LIB").map(PathBuf::from),
         ),
-        None => fetched().context(REMEDY)?,
+        None => fetched().with_context(|| format!("Embree could not be fetched; {REMEDY}"))?,
     };
     if let Some(tbb) = tbb {
         // Embree finds it by its name once it is there.
