@@ -277,24 +277,19 @@ pub(super) fn evaluate_rows<S: Simd>(
     let t = depth.mul(t_per_depth).narrow() + f32x8::splat(simd, 0.0);
     let (u, v) = (eb.div(det).narrow().abs(), ec.div(det).narrow().abs());
     // Bound to its own box.
-    let least = |k: usize| smaller(smaller(pa[k], pb[k]), pc[k]);
-    let most = |k: usize| larger(larger(pa[k], pb[k]), pc[k]);
-    let (lo, hi) = ([least(0), least(1), least(2)], [most(0), most(1), most(2)]);
-    let o = [ox, oy, oz];
-    let side = |k: usize| larger((lo[k] - o[k]).abs(), (hi[k] - o[k]).abs());
-    let reach = larger(larger(side(0), side(1)), side(2));
+    let (x, y, z) = (
+        Span::around(pa[0], pb[0], pc[0], ox),
+        Span::around(pa[1], pb[1], pc[1], oy),
+        Span::around(pa[2], pb[2], pc[2], oz),
+    );
+    let reach = larger(larger(x.reach(), y.reach()), z.reach());
     let largest = larger(dx.abs(), larger(dy.abs(), dz.abs()));
     let floor = larger(
         largest * f32x8::splat(simd, f32::from_bits(1 << 4)),
         f32x8::splat(simd, pow2(-110)),
     );
     let pad = reach * f32x8::splat(simd, pow2(-20)) + floor;
-    let r = [rx, ry, rz];
-    let slab = |k: usize| {
-        let (a, b) = (((lo[k] - o[k]) - pad) * r[k], ((hi[k] - o[k]) + pad) * r[k]);
-        (smaller(a, b), larger(a, b))
-    };
-    let (x, y, z) = (slab(0), slab(1), slab(2));
+    let (x, y, z) = (x.slab(pad, rx), y.slab(pad, ry), z.slab(pad, rz));
     let near = larger(larger(x.0, y.0), z.0);
     let far = smaller(smaller(x.1, y.1), z.1);
     let t = larger(near, smaller(far, t));
@@ -314,6 +309,32 @@ pub(super) fn evaluate_rows<S: Simd>(
         };
     }
     good.to_bitmask() as u32
+}
+
+/// A box along one axis, as seen from the origin. Methods, not closures, which would not be compiled for the instruction set.
+struct Span<S: Simd> {
+    lo: f32x8<S>,
+    hi: f32x8<S>,
+}
+
+impl<S: Simd> Span<S> {
+    #[inline(always)]
+    fn around(a: f32x8<S>, b: f32x8<S>, c: f32x8<S>, origin: f32x8<S>) -> Self {
+        Self {
+            lo: smaller(smaller(a, b), c) - origin,
+            hi: larger(larger(a, b), c) - origin,
+        }
+    }
+    #[inline(always)]
+    fn reach(&self) -> f32x8<S> {
+        larger(self.lo.abs(), self.hi.abs())
+    }
+    /// Where the line enters and leaves it, padded.
+    #[inline(always)]
+    fn slab(&self, pad: f32x8<S>, recip: f32x8<S>) -> (f32x8<S>, f32x8<S>) {
+        let (a, b) = ((self.lo - pad) * recip, (self.hi + pad) * recip);
+        (smaller(a, b), larger(a, b))
+    }
 }
 
 /// `geom::float::max`, by lanes.

@@ -317,22 +317,18 @@ impl<S: Simd> Beam<S> {
     #[inline(always)]
     fn near(&self, simd: S, node: NodeRows<'_>, k: usize) -> i32x8<S> {
         let plane = f32x8::simd_from(simd, *node.plane(self.rows[k]));
-        let at = |end: usize| {
-            plane
-                .mul_add(self.recip[k][end], self.near[k][end])
-                .bitcast::<i32x8<S>>()
-        };
-        at(0).min(at(1))
+        let [a, b] = self.recip[k];
+        let a = plane.mul_add(a, self.near[k][0]).bitcast::<i32x8<S>>();
+        let b = plane.mul_add(b, self.near[k][1]).bitcast::<i32x8<S>>();
+        a.min(b)
     }
 
     #[inline(always)]
     fn far(&self, simd: S, node: NodeRows<'_>, k: usize) -> i32x8<S> {
         let plane = f32x8::simd_from(simd, *node.plane(self.rows[k].opposite()));
-        let at = |end: usize| {
-            plane
-                .mul_add(self.recip[k][end], self.far[k][end])
-                .bitcast::<i32x8<S>>()
-        };
-        at(0).max(at(1))
+        let [a, b] = self.recip[k];
+        let a = plane.mul_add(a, self.far[k][0]).bitcast::<i32x8<S>>();
+        let b = plane.mul_add(b, self.far[k][1]).bitcast::<i32x8<S>>();
+        a.max(b)
     }
 }
