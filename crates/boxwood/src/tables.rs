@@ -7,7 +7,9 @@ use crate::geom::{Aabb, Obb, Sphere};
 use crate::prims::{Geometry, with_primitives};
 use crate::query::Query;
 use crate::simd::InstructionSet;
-use crate::structure::{Accel, BoundedTree, Bvh2, Grid, Indexed, List, WideSlots, WideTriangles};
+use crate::structure::{
+    Accel, BoundedTree, Bvh2, Compact, Full, Grid, Indexed, List, WideSlots, WideTriangles,
+};
 use crate::volume::{BoundingVolume, FittedVolume};
 
 type Build = fn(&Geometry, &BuildOptions) -> Result<Box<dyn Query>, BuildError>;
@@ -15,7 +17,7 @@ type Build = fn(&Geometry, &BuildOptions) -> Result<Box<dyn Query>, BuildError>;
 /// A structure in the table.
 #[derive(Clone, Copy)]
 pub struct Structure {
-    /// `list`, `bounded`, `bvh2`, `wide`, `grid`.
+    /// `list`, `bounded`, `bvh2`, `wide`, `compact`, `grid`.
     pub name: &'static str,
     /// One line for `boxwood list`.
     pub about: &'static str,
@@ -50,10 +52,23 @@ pub const STRUCTURES: &[Structure] = &[
         has_kernels: true,
         volumes: VOLUMES.split_at(1).0,
         build: |geometry, options| match geometry {
-            Geometry::Triangles(prims) => WideTriangles::boxed(prims, options),
-            Geometry::Spheres(prims) => Indexed::<WideSlots, _>::boxed(prims, options),
-            Geometry::Custom(prims) => Indexed::<WideSlots, _>::boxed(prims, options),
-            Geometry::Instances(prims) => Indexed::<WideSlots, _>::boxed(prims, options),
+            Geometry::Triangles(prims) => WideTriangles::boxed_or_compact(prims, options),
+            Geometry::Spheres(prims) => Indexed::<WideSlots<Full>, _>::boxed(prims, options),
+            Geometry::Custom(prims) => Indexed::<WideSlots<Full>, _>::boxed(prims, options),
+            Geometry::Instances(prims) => Indexed::<WideSlots<Full>, _>::boxed(prims, options),
+        },
+    },
+    Structure {
+        name: "compact",
+        about: "wide in half the memory: quantised boxes, corners shared in leaves",
+        is_tree: true,
+        has_kernels: true,
+        volumes: VOLUMES.split_at(1).0,
+        build: |geometry, options| match geometry {
+            Geometry::Triangles(prims) => WideTriangles::<Compact>::boxed(prims, options),
+            Geometry::Spheres(prims) => Indexed::<WideSlots<Compact>, _>::boxed(prims, options),
+            Geometry::Custom(prims) => Indexed::<WideSlots<Compact>, _>::boxed(prims, options),
+            Geometry::Instances(prims) => Indexed::<WideSlots<Compact>, _>::boxed(prims, options),
         },
     },
     Structure::of::<Grid>("grid", "uniform grid, walked cell by cell"),

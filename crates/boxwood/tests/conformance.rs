@@ -180,6 +180,11 @@ fn wide_agrees_with_the_list() {
 }
 
 #[test]
+fn compact_agrees_with_the_list() {
+    agrees_with_the_list_on_every_scene("compact");
+}
+
+#[test]
 fn grid_agrees_with_the_list() {
     agrees_with_the_list_on_every_scene("grid");
 }
@@ -189,7 +194,7 @@ fn every_structure_of_the_table_has_its_test() {
     let names: Vec<_> = STRUCTURES.iter().map(|s| s.name).collect();
     assert_eq!(
         names,
-        ["list", "bounded", "bvh2", "wide", "grid"],
+        ["list", "bounded", "bvh2", "wide", "compact", "grid"],
         "add a test above"
     );
 }

@@ -292,7 +292,7 @@ fn t_stays_in_the_depth_of_slivers() {
 fn a_million_copies_are_bounded_in_depth_and_memory() {
     let positions = [[0.0, 0.0, 1.0], [1.0, 0.25, 1.5], [0.25, 1.0, 1.0]];
     let indices = vec![[0, 1, 2]; 1_000_000];
-    for structure in ["bvh2", "wide", "grid"] {
+    for structure in ["bvh2", "wide", "compact", "grid"] {
         let scene = Scene::builder()
             .mesh(&positions, &indices)
             .structure(structure)

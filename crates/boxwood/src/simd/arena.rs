@@ -134,10 +134,19 @@ impl PlaneRow {
 }
 
 impl<'a> NodeRows<'a> {
+    /// Rows that are not in an arena.
+    #[inline(always)]
+    pub(crate) fn of(rows: &'a [Row; 8]) -> Self {
+        Self {
+            start: rows.as_ptr().cast(),
+            arena: PhantomData,
+        }
+    }
+
     /// A plane of all children.
     #[inline(always)]
     pub(crate) fn plane(self, row: PlaneRow) -> &'a Row {
-        // SAFETY: one of eight rows, checked by `Arena::node`.
+        // SAFETY: one of eight rows, checked by `Arena::node` or given by `of`.
         unsafe { &*self.start.add(usize::from(row.0)).cast() }
     }
 
@@ -191,10 +200,20 @@ pub(crate) struct AxisRows<'a> {
 }
 
 impl<'a> LeafRows<'a> {
+    /// Rows that are not in an arena.
+    #[inline(always)]
+    pub(crate) fn of(rows: &'a [Row; 9]) -> Self {
+        Self {
+            start: rows.as_ptr().cast(),
+            stride: 8,
+            arena: PhantomData,
+        }
+    }
+
     /// The rows of one axis.
     #[inline(always)]
     pub(crate) fn axis(self, axis: Third) -> AxisRows<'a> {
-        // SAFETY: row 0 to 2, checked by `Arena::leaf`.
+        // SAFETY: row 0 to 2, checked by `Arena::leaf` or given by `of`.
         let start = unsafe { self.start.add(axis as usize * self.stride) };
         AxisRows {
             start,
@@ -208,7 +227,7 @@ impl<'a> AxisRows<'a> {
     /// Eight lanes of a coordinate of a corner; those after the leaf's last are meaningless.
     #[inline(always)]
     pub(crate) fn corner(self, corner: Third) -> &'a Row {
-        // SAFETY: row 0 to 8, checked by `Arena::leaf`.
+        // SAFETY: row 0 to 8, checked by `Arena::leaf` or given by `of`.
         unsafe { &*self.start.add(corner as usize * self.step).cast() }
     }
 }

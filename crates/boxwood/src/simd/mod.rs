@@ -6,7 +6,7 @@ mod isa;
 mod prefetch;
 mod stack;
 
-pub(crate) use arena::{Arena, AxisRows, GRANULE, NodeRows, PlaneRow, Row, Third};
+pub(crate) use arena::{Arena, AxisRows, GRANULE, LeafRows, NodeRows, PlaneRow, Row, Third};
 pub use isa::InstructionSet;
 pub(crate) use prefetch::{address, prefetch};
 pub(crate) use stack::{RowStack, Stack};

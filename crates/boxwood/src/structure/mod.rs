@@ -23,7 +23,7 @@ pub use grid::Grid;
 pub use indexed::{Indexed, Trace};
 pub use list::List;
 pub use visit::{AllHits, ClosestHit, Occluded, Visit};
-pub use wide::{WideSlots, WideTriangles};
+pub(crate) use wide::{Compact, Full, WideSlots, WideTriangles};
 
 use crate::build::BuildOptions;
 use crate::error::BuildError;

@@ -2,6 +2,7 @@
 
 use super::bundle::{self, Bundle};
 use super::finish::{Finished, evaluate};
+use super::form::Form;
 use super::lanes::{boxes, leaf_test};
 use super::layout::Ref;
 use super::pending::{Best, Left, Pending, blocks};
@@ -117,7 +118,7 @@ impl Turns {
 }
 
 /// Answers all rays.
-pub(super) fn trace<A: Answers>(wide: &Wide, rays: &[Ray], answers: &mut A) {
+pub(super) fn trace<M: Form, A: Answers>(wide: &Wide<M>, rays: &[Ray], answers: &mut A) {
     let Some(root) = wide.root else {
         return (0..rays.len()).for_each(|ray| answers.give(ray, Best::none(0.0)));
     };
@@ -126,15 +127,22 @@ pub(super) fn trace<A: Answers>(wide: &Wide, rays: &[Ray], answers: &mut A) {
         return dispatch!(wide.level.0, simd => one_by_one(simd, wide, rays, answers));
     }
     dispatch!(wide.level.0, simd => match (wide.stack_need <= SHALLOW, wide.fetch) {
-        (true, false) => run::<_, A, false, { SHALLOW + 16 }>(simd, wide, root, rays, answers),
-        (true, true) => run::<_, A, true, { SHALLOW + 16 }>(simd, wide, root, rays, answers),
-        (false, _) => run::<_, A, true, { DEEP + 8 }>(simd, wide, root, rays, answers),
+        (true, false) if M::IS_ROWS => {
+            run::<_, M, A, false, { SHALLOW + 16 }>(simd, wide, root, rays, answers);
+        }
+        (true, _) => run::<_, M, A, true, { SHALLOW + 16 }>(simd, wide, root, rays, answers),
+        (false, _) => run::<_, M, A, true, { DEEP + 8 }>(simd, wide, root, rays, answers),
     });
 }
 
 /// Tiles that are alike as bundles, all other rays one after the other.
 #[inline(always)]
-fn one_by_one<S: Simd, A: Answers>(simd: S, wide: &Wide, rays: &[Ray], answers: &mut A) {
+fn one_by_one<S: Simd, M: Form, A: Answers>(
+    simd: S,
+    wide: &Wide<M>,
+    rays: &[Ray],
+    answers: &mut A,
+) {
     let mut bundle = Bundle::EMPTY;
     let mut next = 0;
     while next < rays.len() {
@@ -146,7 +154,7 @@ fn one_by_one<S: Simd, A: Answers>(simd: S, wide: &Wide, rays: &[Ray], answers: 
         };
         if !done {
             for at in next..end {
-                answers.give(at, alone::<S, A>(simd, wide, &rays[at]));
+                answers.give(at, alone::<S, M, A>(simd, wide, &rays[at]));
             }
         }
         next = end;
@@ -154,7 +162,7 @@ fn one_by_one<S: Simd, A: Answers>(simd: S, wide: &Wide, rays: &[Ray], answers: 
 }
 
 #[inline(always)]
-fn alone<S: Simd, A: Answers>(simd: S, wide: &Wide, ray: &Ray) -> Best {
+fn alone<S: Simd, M: Form, A: Answers>(simd: S, wide: &Wide<M>, ray: &Ray) -> Best {
     if A::ANY {
         Best::blocked(single::occluded(simd, wide, ray))
     } else {
@@ -163,9 +171,9 @@ fn alone<S: Simd, A: Answers>(simd: S, wide: &Wide, ray: &Ray) -> Best {
 }
 
 #[inline(never)]
-fn run<S: Simd, A: Answers, const FETCH: bool, const LEN: usize>(
+fn run<S: Simd, M: Form, A: Answers, const FETCH: bool, const LEN: usize>(
     simd: S,
-    wide: &Wide,
+    wide: &Wide<M>,
     root: Ref,
     rays: &[Ray],
     answers: &mut A,
@@ -202,7 +210,7 @@ fn run<S: Simd, A: Answers, const FETCH: bool, const LEN: usize>(
                 while left != 0 {
                     let s = left.trailing_zeros() as usize & (SLOTS - 1);
                     left &= left - 1;
-                    let at = node_step::<S, A, FETCH, LEN>(simd, wide, &mut slots[s]);
+                    let at = node_step::<S, M, A, FETCH, LEN>(simd, wide, &mut slots[s]);
                     moved |= (at >> 31) << s;
                 }
                 turns.nodes = nodes & !moved;
@@ -213,10 +221,10 @@ fn run<S: Simd, A: Answers, const FETCH: bool, const LEN: usize>(
                     left &= left - 1;
                     let slot = &mut slots[s];
                     if slot.at != DONE {
-                        let at = leaf_step::<S, A, FETCH, LEN>(simd, wide, rays, slot);
+                        let at = leaf_step::<S, M, A, FETCH, LEN>(simd, wide, rays, slot);
                         turns.add(s, at);
                     } else {
-                        finish::<S, A, LEN>(simd, wide, rays, slot, &mut queue, answers);
+                        finish::<S, M, A, LEN>(simd, wide, rays, slot, &mut queue, answers);
                         if refill(simd, wide, root, &mut source, slot, answers) {
                             turns.add(s, slot.at);
                         }
@@ -231,9 +239,9 @@ fn run<S: Simd, A: Answers, const FETCH: bool, const LEN: usize>(
 }
 
 #[inline(always)]
-pub(super) fn fetch<const FETCH: bool>(wide: &Wide, at: u32) {
+pub(super) fn fetch<M: Form, const FETCH: bool>(wide: &Wide<M>, at: u32) {
     if FETCH {
-        let p = wide.arena.address(Ref(at).granule());
+        let p = wide.store.address(Ref(at));
         prefetch(p);
         prefetch(p.wrapping_add(64));
         prefetch(p.wrapping_add(128));
@@ -253,13 +261,15 @@ pub(super) fn least<S: Simd>(simd: S, v: i32x8<S>) -> i32x8<S> {
 }
 
 #[inline(always)]
-fn node_step<S: Simd, A: Answers, const FETCH: bool, const LEN: usize>(
+fn node_step<S: Simd, M: Form, A: Answers, const FETCH: bool, const LEN: usize>(
     simd: S,
-    wide: &Wide,
+    wide: &Wide<M>,
     slot: &mut Slot<LEN>,
 ) -> u32 {
+    let mut room = M::NODE_ROOM;
+    let node = wide.store.node(simd, Ref(slot.at).granule(), &mut room);
+    // After the node, whose place is checked: numbers read before a branch are not broadcast as they are read.
     let slabs = slot.record.slabs(simd);
-    let node = wide.arena.node(Ref(slot.at).granule());
     let (hit, enter) = boxes(simd, node, &slabs, f32x8::splat(simd, slot.record.t_max));
     let refs = u32x8::simd_from(simd, *node.refs());
     let top = slot.top as usize;
@@ -288,24 +298,24 @@ fn node_step<S: Simd, A: Answers, const FETCH: bool, const LEN: usize>(
         slot.at = slot.refs[Slot::<LEN>::place(base + count as usize - 1)];
         slot.top = (slot.top + count) - 1;
     }
-    fetch::<FETCH>(wide, slot.at);
+    fetch::<M, FETCH>(wide, slot.at);
     slot.at
 }
 
 #[inline(always)]
-fn leaf_step<S: Simd, A: Answers, const FETCH: bool, const LEN: usize>(
+fn leaf_step<S: Simd, M: Form, A: Answers, const FETCH: bool, const LEN: usize>(
     simd: S,
-    wide: &Wide,
+    wide: &Wide<M>,
     rays: &[Ray],
     slot: &mut Slot<LEN>,
 ) -> u32 {
     let leaf = Ref(slot.at);
     let edges = slot.record.edges(simd, &rays[slot.ray]);
-    let (arena, ray) = (&wide.arena, &rays[slot.ray]);
-    let test = leaf_test(simd, arena, leaf, &edges);
+    let (store, ray) = (&wide.store, &rays[slot.ray]);
+    let test = leaf_test(simd, store, leaf, &edges);
     if test.candidates != 0 {
         if A::ANY {
-            if blocks(simd, arena, ray, leaf, &test, &edges, ray.t_max) {
+            if blocks(simd, store, ray, leaf, &test, &edges, ray.t_max) {
                 slot.pending.best.prim = 0;
                 slot.at = DONE;
                 return DONE;
@@ -313,7 +323,7 @@ fn leaf_step<S: Simd, A: Answers, const FETCH: bool, const LEN: usize>(
         } else {
             let before = slot.record.t_max;
             let pending = &mut slot.pending;
-            let bound = pending.consider(simd, arena, ray, leaf, &test, &edges, before);
+            let bound = pending.consider(simd, store, ray, leaf, &test, &edges, before);
             slot.record.t_max = bound;
             if bound < before {
                 drop_farther(simd, slot);
@@ -322,7 +332,7 @@ fn leaf_step<S: Simd, A: Answers, const FETCH: bool, const LEN: usize>(
     }
     slot.top -= 1;
     slot.at = slot.refs[Slot::<LEN>::place(slot.top as usize)];
-    fetch::<FETCH>(wide, slot.at);
+    fetch::<M, FETCH>(wide, slot.at);
     slot.at
 }
 
@@ -353,9 +363,9 @@ struct Queue {
 }
 
 #[inline(always)]
-fn finish<S: Simd, A: Answers, const LEN: usize>(
+fn finish<S: Simd, M: Form, A: Answers, const LEN: usize>(
     simd: S,
-    wide: &Wide,
+    wide: &Wide<M>,
     rays: &[Ray],
     slot: &mut Slot<LEN>,
     queue: &mut Queue,
@@ -365,7 +375,7 @@ fn finish<S: Simd, A: Answers, const LEN: usize>(
     if !A::ANY {
         match slot.pending.left(simd, bound) {
             Left::Decided => {}
-            Left::Several => slot.pending.settle(&wide.arena, &rays[slot.ray], bound),
+            Left::Several => slot.pending.settle(&wide.store, &rays[slot.ray], bound),
             Left::Only(leaf, lane) => {
                 queue.done[queue.count] = Finished {
                     record: slot.record,
@@ -385,9 +395,9 @@ fn finish<S: Simd, A: Answers, const LEN: usize>(
 }
 
 #[inline(never)]
-fn flush<S: Simd, A: Answers>(
+fn flush<S: Simd, M: Form, A: Answers>(
     simd: S,
-    wide: &Wide,
+    wide: &Wide<M>,
     rays: &[Ray],
     queue: &mut Queue,
     answers: &mut A,
@@ -399,13 +409,13 @@ fn flush<S: Simd, A: Answers>(
             for k in queue.count..8 {
                 queue.done[k] = queue.done[0];
             }
-            let good = evaluate(simd, &wide.arena, rays, &queue.done, &mut best);
+            let good = evaluate(simd, &wide.store, rays, &queue.done, &mut best);
             for k in 0..queue.count {
                 let ray = queue.done[k].ray;
                 let best = if good >> k & 1 == 1 {
                     best[k]
                 } else {
-                    slow::<A>(wide, &rays[ray])
+                    slow::<M, A>(wide, &rays[ray])
                 };
                 answers.give(ray, best);
             }
@@ -416,7 +426,7 @@ fn flush<S: Simd, A: Answers>(
 
 /// The answer without any doubt and in no hurry: what is no ray, what is too extreme for the fast tests.
 #[cold]
-pub(super) fn slow<A: Answers>(wide: &Wide, ray: &Ray) -> Best {
+pub(super) fn slow<M: Form, A: Answers>(wide: &Wide<M>, ray: &Ray) -> Best {
     let Some(ray) = PreparedRay::new(ray) else {
         return Best::none(0.0);
     };
@@ -439,7 +449,12 @@ struct Source<'a> {
 }
 
 #[inline(never)]
-fn fill<S: Simd, A: Answers>(simd: S, wide: &Wide, source: &mut Source<'_>, answers: &mut A) {
+fn fill<S: Simd, M: Form, A: Answers>(
+    simd: S,
+    wide: &Wide<M>,
+    source: &mut Source<'_>,
+    answers: &mut A,
+) {
     simd.vectorize(
         #[inline(always)]
         || {
@@ -471,7 +486,7 @@ fn fill<S: Simd, A: Answers>(simd: S, wide: &Wide, source: &mut Source<'_>, answ
                         source.ready[source.ready_count] = ray;
                         source.ready_count += 1;
                     } else {
-                        answers.give(ray, slow::<A>(wide, &source.rays[ray]));
+                        answers.give(ray, slow::<M, A>(wide, &source.rays[ray]));
                     }
                 }
                 source.next += count;
@@ -482,9 +497,9 @@ fn fill<S: Simd, A: Answers>(simd: S, wide: &Wide, source: &mut Source<'_>, answ
 
 /// False if there are no more rays.
 #[inline(always)]
-fn refill<S: Simd, A: Answers, const LEN: usize>(
+fn refill<S: Simd, M: Form, A: Answers, const LEN: usize>(
     simd: S,
-    wide: &Wide,
+    wide: &Wide<M>,
     root: Ref,
     source: &mut Source<'_>,
     slot: &mut Slot<LEN>,

@@ -7,6 +7,7 @@
 
 use super::batch::{Answers, fetch, slow};
 use super::finish::{Corners, evaluate_rows};
+use super::form::Form;
 use super::lanes::{Floats, Planes};
 use super::layout::{MAX_LEAF, Ref};
 use super::meet::{List, PACKETS, visit_leaf};
@@ -101,9 +102,9 @@ fn alike(rays: &[Ray; RAYS]) -> bool {
 
 /// Traces the rays from `first` on together if they are coherent. False: they are not, and nothing was done.
 #[inline(always)]
-pub(super) fn trace<S: Simd, A: Answers>(
+pub(super) fn trace<S: Simd, M: Form, A: Answers>(
     simd: S,
-    wide: &Wide,
+    wide: &Wide<M>,
     bundle: &mut Bundle,
     rays: &[Ray; RAYS],
     first: usize,
@@ -122,9 +123,9 @@ pub(super) fn trace<S: Simd, A: Answers>(
 }
 
 #[inline(never)]
-fn trace_alike<S: Simd, A: Answers>(
+fn trace_alike<S: Simd, M: Form, A: Answers>(
     simd: S,
-    wide: &Wide,
+    wide: &Wide<M>,
     bundle: &mut Bundle,
     rays: &[Ray; RAYS],
     first: usize,
@@ -153,12 +154,12 @@ fn trace_alike<S: Simd, A: Answers>(
                 let group = left & same(0) & same(1) & same(2);
                 left &= !group;
                 match Beam::around(simd, &mut bundle.columns, group, wide.size) {
-                    Some(beam) => walk::<S, S::f32s, A>(simd, wide, bundle, rays, &beam),
+                    Some(beam) => walk::<S, M, S::f32s, A>(simd, wide, bundle, rays, &beam),
                     None => tame &= !group,
                 }
             }
             for p in 0..RAYS / 8 {
-                finish::<S, A>(
+                finish::<S, M, A>(
                     simd,
                     wide,
                     bundle,
@@ -173,7 +174,7 @@ fn trace_alike<S: Simd, A: Answers>(
             while wild != 0 {
                 let k = wild.trailing_zeros() as usize;
                 wild &= wild - 1;
-                answers.give(first + k, slow::<A>(wide, &rays[k]));
+                answers.give(first + k, slow::<M, A>(wide, &rays[k]));
             }
         },
     );
@@ -195,20 +196,21 @@ fn negative<S: Simd>(simd: S, column: &Column) -> u64 {
 
 /// The way of a group of one octant through the tree.
 #[inline(always)]
-fn walk<S: Simd, F: Floats<S>, A: Answers>(
+fn walk<S: Simd, M: Form, F: Floats<S>, A: Answers>(
     simd: S,
-    wide: &Wide,
+    wide: &Wide<M>,
     bundle: &mut Bundle,
     rays: &[Ray; RAYS],
     beam: &Beam<S>,
 ) {
+    let mut room = M::NODE_ROOM;
     let mut memory = Stack::memory::<STACK>();
     let mut stack = Stack::<u64>::new(&mut memory);
     let Some(mut node) = wide.root else { return };
     let mut first = 0;
     let mut bound = bundle.bound(simd);
     loop {
-        let rows = wide.arena.node(node.granule());
+        let rows = wide.store.node(simd, node.granule(), &mut room);
         let (hit, enter) = beam.boxes(simd, rows, f32x8::splat(simd, bound));
         let enter: [i32; 8] = enter.into();
         let mut left = hit.to_bitmask() as u32;
@@ -217,7 +219,7 @@ fn walk<S: Simd, F: Floats<S>, A: Answers>(
             let lane = left.trailing_zeros();
             left &= left - 1;
             // Whatever the size of the tree: nothing else is in flight meanwhile.
-            fetch::<true>(wide, rows.child(lane as usize));
+            fetch::<M, true>(wide, rows.child(lane as usize));
             stack.insert_descending(
                 base,
                 Waiting::new(enter[lane as usize & 7] as u32, node, lane, first).0,
@@ -229,12 +231,12 @@ fn walk<S: Simd, F: Floats<S>, A: Answers>(
             if waiting.enter() > bound {
                 continue;
             }
-            let parent = wide.arena.node(waiting.node());
+            let parent = wide.store.node(simd, waiting.node(), &mut room);
             let at = Ref(parent.child(waiting.lane()));
             let planes = Planes::<F>::of(simd, parent, waiting.lane(), beam.rows);
             let packets = waiting.first() / F::LEN..RAYS / F::LEN;
             if at.is_leaf() {
-                if visit_leaf::<S, F, A>(simd, wide, bundle, rays, at, &planes, packets, beam) {
+                if visit_leaf::<S, M, F, A>(simd, wide, bundle, rays, at, &planes, packets, beam) {
                     bound = bundle.bound(simd);
                     if A::ANY && bound < 0.0 {
                         return;
@@ -273,9 +275,9 @@ fn first_to_enter<S: Simd, F: Floats<S>>(
     clippy::too_many_arguments,
     reason = "one step of `trace`, apart to be read"
 )]
-fn finish<S: Simd, A: Answers>(
+fn finish<S: Simd, M: Form, A: Answers>(
     simd: S,
-    wide: &Wide,
+    wide: &Wide<M>,
     bundle: &Bundle,
     p: usize,
     rays: &[Ray; RAYS],
@@ -312,7 +314,7 @@ fn finish<S: Simd, A: Answers>(
         } else if good >> k & 1 != 0 {
             answers.give(first + 8 * p + k, best[k]);
         } else {
-            answers.give(first + 8 * p + k, slow::<A>(wide, &rays[8 * p + k]));
+            answers.give(first + 8 * p + k, slow::<M, A>(wide, &rays[8 * p + k]));
         }
     }
 }
@@ -328,9 +330,9 @@ fn bits<S: Simd>(simd: S, column: &Column, p: usize) -> u32x8<S> {
     clippy::too_many_arguments,
     reason = "one step of `finish`, apart to be read"
 )]
-fn evaluate<S: Simd>(
+fn evaluate<S: Simd, M: Form>(
     simd: S,
-    wide: &Wide,
+    wide: &Wide<M>,
     columns: &Columns,
     p: usize,
     hit: u32,
@@ -347,7 +349,7 @@ fn evaluate<S: Simd>(
         return evaluate_rows(
             simd,
             &rows,
-            &Corners::same(simd, &wide.arena, Ref(leaves[any]), lanes[any]),
+            &Corners::same(simd, &wide.store, Ref(leaves[any]), lanes[any]),
             best,
         );
     }
@@ -360,7 +362,7 @@ fn evaluate<S: Simd>(
     evaluate_rows(
         simd,
         &rows,
-        &Corners::gather(simd, &wide.arena, &done),
+        &Corners::gather(simd, &wide.store, &done),
         best,
     )
 }
@@ -384,7 +386,11 @@ mod tests {
             Triangle([at, at.map(|x| x + random()), at.map(|x| x + random())])
         };
         let triangles = Triangles((0..500).map(triangle).collect());
-        crate::structure::WideTriangles::boxed(&triangles, &BuildOptions::default()).unwrap()
+        crate::structure::WideTriangles::<crate::structure::Full>::boxed(
+            &triangles,
+            &BuildOptions::default(),
+        )
+        .unwrap()
     }
 
     /// A tile around a direction.

@@ -1,15 +1,15 @@
 //! From a tree of boxes to the arena.
 
 use super::Payload;
-use super::layout::{MAX_GRANULES, NODE_GRANULES, REFS, Ref, WIDTH, leaf_floats, leaf_granules};
+use super::form::{Form, Store};
+use super::layout::{MAX_GRANULES, Ref, WIDTH};
 use crate::build::{TopologyNode, WideTopology};
 use crate::error::BuildError;
-use crate::geom::Triangle;
 use crate::simd::{Arena, GRANULE};
 
 /// A tree in its arena.
-pub(super) struct Emitted {
-    pub(super) arena: Arena,
+pub(super) struct Emitted<M> {
+    pub(super) store: Store<M>,
     pub(super) root: Option<Ref>,
     /// Most references that wait in a traversal.
     pub(super) stack_need: usize,
@@ -24,39 +24,50 @@ const SLACK: usize = 64;
 ///
 /// # Errors
 /// [`BuildError::TooLarge`] beyond 4 GB, [`BuildError::OutOfMemory`].
-pub(super) fn emit(tree: &WideTopology, payload: &Payload<'_>) -> Result<Emitted, BuildError> {
-    let (places, granules) = places(tree, payload)?;
+pub(super) fn emit<M: Form>(
+    tree: &WideTopology,
+    payload: &Payload<'_>,
+) -> Result<Emitted<M>, BuildError> {
+    let (places, granules) = places::<M>(tree, payload)?;
     let bytes = granules as usize * GRANULE + SLACK;
     let mut arena = Arena::new(bytes).ok_or(BuildError::OutOfMemory { bytes })?;
     for (index, place) in places.iter().enumerate() {
         let node = tree.node(index);
         let mut refs = [Ref(0); WIDTH];
-        let mut leaf_at = place + NODE_GRANULES;
+        let mut leaf_at = place + M::NODE_GRANULES;
         for (child, reference) in node.iter().zip(&mut refs) {
             *reference = match payload {
                 _ if !child.is_leaf() => Ref::node(places[child.first as usize]),
                 Payload::Slots => Ref::leaf(child.first, child.count as usize),
                 Payload::Triangles(triangles) => {
                     let leaf = Ref::leaf(leaf_at, child.count as usize);
-                    let order =
-                        &tree.order[child.slots().start as usize..child.slots().end as usize];
-                    write_leaf(&mut arena, leaf, order, triangles);
-                    leaf_at += leaf_granules(order.len());
+                    let order = in_leaf(tree, child);
+                    M::write_leaf(&mut arena, leaf, order, triangles);
+                    leaf_at += M::leaf_granules(order, triangles);
                     leaf
                 }
             };
         }
-        write_node(&mut arena, *place, node, refs);
+        M::write_node(&mut arena, *place, node, refs);
     }
     Ok(Emitted {
-        arena,
+        store: Store::new(arena),
         root: places.first().map(|place| Ref::node(*place)),
         stack_need: stack_need(tree),
     })
 }
 
+/// The primitives of a leaf.
+fn in_leaf<'a>(tree: &'a WideTopology, leaf: &TopologyNode) -> &'a [u32] {
+    let slots = leaf.slots();
+    &tree.order[slots.start as usize..slots.end as usize]
+}
+
 /// Where each node goes, and how many granules that takes.
-fn places(tree: &WideTopology, payload: &Payload<'_>) -> Result<(Vec<u32>, u64), BuildError> {
+fn places<M: Form>(
+    tree: &WideTopology,
+    payload: &Payload<'_>,
+) -> Result<(Vec<u32>, u64), BuildError> {
     let out_of_memory = BuildError::OutOfMemory {
         bytes: tree.node_count() * size_of::<u32>(),
     };
@@ -69,11 +80,11 @@ fn places(tree: &WideTopology, payload: &Payload<'_>) -> Result<(Vec<u32>, u64),
         next = next.next_multiple_of(LINE);
         // A place beyond the limit is never used: the sum is checked below.
         places.push(next as u32);
-        next += u64::from(NODE_GRANULES);
-        if matches!(payload, Payload::Triangles(_)) {
+        next += u64::from(M::NODE_GRANULES);
+        if let Payload::Triangles(triangles) = payload {
             let leaves = tree.node(index).iter().filter(|child| child.is_leaf());
             next += leaves
-                .map(|leaf| u64::from(leaf_granules(leaf.count as usize)))
+                .map(|leaf| u64::from(M::leaf_granules(in_leaf(tree, leaf), triangles)))
                 .sum::<u64>();
         }
     }
@@ -91,35 +102,6 @@ fn places(tree: &WideTopology, payload: &Payload<'_>) -> Result<(Vec<u32>, u64),
         });
     }
     Ok((places, next))
-}
-
-/// Rows of coordinates, then the row of ids.
-fn write_leaf(arena: &mut Arena, leaf: Ref, order: &[u32], triangles: &[Triangle]) {
-    let n = order.len();
-    let floats = arena.floats_mut(leaf.granule(), leaf_floats(n));
-    for (lane, &prim) in order.iter().enumerate() {
-        let corners = triangles[prim as usize].0;
-        for (row, coordinate) in corners.as_flattened().iter().enumerate() {
-            floats[row * n + lane] = *coordinate;
-        }
-        floats[9 * n + lane] = f32::from_bits(prim);
-    }
-}
-
-/// Rows of planes, then the row of references. Empty lanes have inverted boxes, which no ray enters.
-fn write_node(arena: &mut Arena, place: u32, children: &[TopologyNode], refs: [Ref; WIDTH]) {
-    let floats = arena.floats_mut(place, NODE_GRANULES as usize * GRANULE / 4);
-    for lane in 0..WIDTH {
-        for axis in 0..3 {
-            let empty = (f32::INFINITY, f32::NEG_INFINITY);
-            let (min, max) = children
-                .get(lane)
-                .map_or(empty, |c| (c.bounds.min[axis], c.bounds.max[axis]));
-            floats[2 * axis * WIDTH + lane] = min;
-            floats[(2 * axis + 1) * WIDTH + lane] = max;
-        }
-        floats[REFS * WIDTH + lane] = f32::from_bits(refs[lane].0);
-    }
 }
 
 /// Of each node on a way down, all children but one wait. Children come after their parents.

@@ -1,11 +1,11 @@
 //! The second half of the exact test, for eight rays at a time: the hits that remain when their traversals are over.
 
+use super::form::{Form, Store};
 use super::lanes::Floats;
-use super::layout::{Ref, triangle};
+use super::layout::Ref;
 use super::pending::Best;
 use super::prepare::{Record, transpose};
 use crate::geom::{Candidate, Ray};
-use crate::simd::{Arena, Third};
 use fearless_simd::{f32x8, f64x4, mask32x8, prelude::*, u32x8};
 
 /// A triangle that its ray hits for certain.
@@ -107,9 +107,9 @@ pub(super) struct FinishRows<S: Simd> {
 
 /// What each ray hits.
 #[inline(always)]
-pub(super) fn evaluate<S: Simd>(
+pub(super) fn evaluate<S: Simd, M: Form>(
     simd: S,
-    arena: &Arena,
+    store: &Store<M>,
     rays: &[Ray],
     done: &[Finished; 8],
     best: &mut [Best; 8],
@@ -178,7 +178,7 @@ pub(super) fn evaluate<S: Simd>(
     evaluate_rows(
         simd,
         &rows,
-        &Corners::gather(simd, arena, &done.map(|d| (d.leaf, d.lane))),
+        &Corners::gather(simd, store, &done.map(|d| (d.leaf, d.lane))),
         best,
     )
 }
@@ -192,24 +192,18 @@ pub(super) struct Corners<S: Simd> {
 impl<S: Simd> Corners<S> {
     /// Those that (leaf, lane) name.
     #[inline(always)]
-    pub(super) fn gather(simd: S, arena: &Arena, done: &[(Ref, u32); 8]) -> Self {
+    pub(super) fn gather<M: Form>(simd: S, store: &Store<M>, done: &[(Ref, u32); 8]) -> Self {
         let mut corners = [[[0.0f32; 8]; 3]; 3];
         let mut prims = [0u32; 8];
         for k in 0..8 {
             let (leaf, lane) = done[k];
-            let n = leaf.count();
-            let rows = arena.leaf(leaf.granule(), n);
-            let lane = lane as usize & 7;
-            corners[0][0][k] = rows.axis(Third::A).corner(Third::A)[lane];
-            corners[0][1][k] = rows.axis(Third::B).corner(Third::A)[lane];
-            corners[0][2][k] = rows.axis(Third::C).corner(Third::A)[lane];
-            corners[1][0][k] = rows.axis(Third::A).corner(Third::B)[lane];
-            corners[1][1][k] = rows.axis(Third::B).corner(Third::B)[lane];
-            corners[1][2][k] = rows.axis(Third::C).corner(Third::B)[lane];
-            corners[2][0][k] = rows.axis(Third::A).corner(Third::C)[lane];
-            corners[2][1][k] = rows.axis(Third::B).corner(Third::C)[lane];
-            corners[2][2][k] = rows.axis(Third::C).corner(Third::C)[lane];
-            prims[k] = arena.floats(leaf.granule(), 10 * n)[9 * n + lane.min(n - 1)].to_bits();
+            let (triangle, prim) = store.triangle(leaf, lane as usize);
+            for v in 0..3 {
+                for axis in 0..3 {
+                    corners[v][axis][k] = triangle[v][axis];
+                }
+            }
+            prims[k] = prim;
         }
         let at = |v: usize| {
             [
@@ -226,8 +220,8 @@ impl<S: Simd> Corners<S> {
 
     /// The same for all.
     #[inline(always)]
-    pub(super) fn same(simd: S, arena: &Arena, leaf: Ref, lane: u32) -> Self {
-        let (corners, prim) = triangle(arena, leaf, lane as usize);
+    pub(super) fn same<M: Form>(simd: S, store: &Store<M>, leaf: Ref, lane: u32) -> Self {
+        let (corners, prim) = store.triangle(leaf, lane as usize);
         let at = |v: usize| {
             [
                 f32x8::splat(simd, corners[v][0]),

@@ -2,22 +2,22 @@
 //! `Triangle::intersect` and `Aabb::bind`, with corners or axes in lanes.
 
 use super::finish::{larger, smaller};
-use super::layout::{Ref, triangle};
+use super::form::{Form, Store};
+use super::layout::Ref;
 use super::pending::Best;
 use crate::geom::{Candidate, OWN_PAD, PreparedRay, max, min};
-use crate::simd::Arena;
 use fearless_simd::{f32x4, f32x8, f64x4, prelude::*};
 
 /// `None` if the ray's range says otherwise.
 #[inline(always)]
-pub(super) fn evaluate_one<S: Simd>(
+pub(super) fn evaluate_one<S: Simd, M: Form>(
     simd: S,
-    arena: &Arena,
+    store: &Store<M>,
     ray: &PreparedRay,
     leaf: Ref,
     lane: usize,
 ) -> Option<Best> {
-    let (corners, prim) = triangle(arena, leaf, lane);
+    let (corners, prim) = store.triangle(leaf, lane);
     let candidate = weigh(simd, ray, &corners);
     let t = bind(simd, ray, &corners, candidate.t)?;
     ray.contains(t).then_some(Best {

@@ -1,8 +1,9 @@
 //! Eight boxes against a ray, eight triangles against a ray.
 
+use super::form::{Form, Store};
 use super::layout::Ref;
 use super::ray::{EdgeLanes, SlabLanes};
-use crate::simd::{Arena, AxisRows, NodeRows, PlaneRow, Third};
+use crate::simd::{AxisRows, NodeRows, PlaneRow, Third};
 use fearless_simd::{f32x8, i32x8, mask32x8, prelude::*};
 
 /// Which children the ray enters, and where.
@@ -128,14 +129,14 @@ fn edge<S: Simd, F: Floats<S>>(a: [F; 3], b: [F; 3]) -> F {
 }
 
 #[inline(always)]
-pub(super) fn leaf_test<S: Simd>(
+pub(super) fn leaf_test<S: Simd, M: Form>(
     simd: S,
-    arena: &Arena,
+    store: &Store<M>,
     leaf: Ref,
     ray: &EdgeLanes<S>,
 ) -> LeafTest<f32x8<S>> {
-    let n = leaf.count();
-    let rows = arena.leaf(leaf.granule(), n);
+    let mut room = M::LEAF_ROOM;
+    let rows = store.leaf(leaf, &mut room);
     let rows = [
         rows.axis(ray.axes[0]),
         rows.axis(ray.axes[1]),
@@ -144,12 +145,7 @@ pub(super) fn leaf_test<S: Simd>(
     let a = corner(simd, rows, Third::A, ray);
     let b = corner(simd, rows, Third::B, ray);
     let c = corner(simd, rows, Third::C, ray);
-    LeafTest::new(simd, [a, b, c], (2 << (n - 1)) - 1)
-}
-
-#[inline(always)]
-pub(super) fn candidates<S: Simd>(simd: S, arena: &Arena, leaf: Ref, ray: &EdgeLanes<S>) -> u32 {
-    leaf_test(simd, arena, leaf, ray).candidates
+    LeafTest::new(simd, [a, b, c], (2 << (leaf.count() - 1)) - 1)
 }
 
 /// Where candidates are hit, as far as single precision can tell.

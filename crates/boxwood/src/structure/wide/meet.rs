@@ -3,6 +3,7 @@
 use super::Wide;
 use super::batch::Answers;
 use super::bundle::Bundle;
+use super::form::Form;
 use super::lanes::{Depths, Floats, LeafTest, Planes, sheared, turned};
 use super::layout::Ref;
 use super::packet::{AXES, Beam, Columns, NONE, RAYS, load, store};
@@ -57,9 +58,9 @@ impl<const N: usize> List<N> {
     clippy::too_many_arguments,
     reason = "one step of `walk`, apart to be read"
 )]
-pub(super) fn visit_leaf<S: Simd, F: Floats<S>, A: Answers>(
+pub(super) fn visit_leaf<S: Simd, M: Form, F: Floats<S>, A: Answers>(
     simd: S,
-    wide: &Wide,
+    wide: &Wide<M>,
     bundle: &mut Bundle,
     rays: &[Ray; RAYS],
     leaf: Ref,
@@ -88,10 +89,10 @@ pub(super) fn visit_leaf<S: Simd, F: Floats<S>, A: Answers>(
     for axis in 0..3 {
         if bundle.columns.along[axis] != 0 {
             match beam.origin {
-                Some(origin) => meet::<S, F, true>(simd, wide, bundle, leaf, axis, origin),
-                None => meet::<S, F, false>(simd, wide, bundle, leaf, axis, [0.0; 3]),
+                Some(origin) => meet::<S, M, F, true>(simd, wide, bundle, leaf, axis, origin),
+                None => meet::<S, M, F, false>(simd, wide, bundle, leaf, axis, [0.0; 3]),
             }
-            any |= settle::<S, F, A>(simd, wide, bundle, rays, leaf, axis);
+            any |= settle::<S, M, F, A>(simd, wide, bundle, rays, leaf, axis);
         }
     }
     any
@@ -100,9 +101,9 @@ pub(super) fn visit_leaf<S: Simd, F: Floats<S>, A: Answers>(
 /// Lists which packets meet which triangles, as far as rays of one main axis go: whether they do cannot be guessed, so what follows from it
 /// waits. From one origin (`SAME`), the corners are moved there once for all rays.
 #[inline(always)]
-fn meet<S: Simd, F: Floats<S>, const SAME: bool>(
+fn meet<S: Simd, M: Form, F: Floats<S>, const SAME: bool>(
     simd: S,
-    wide: &Wide,
+    wide: &Wide<M>,
     bundle: &mut Bundle,
     leaf: Ref,
     axis: usize,
@@ -122,7 +123,7 @@ fn meet<S: Simd, F: Floats<S>, const SAME: bool>(
     ];
     met.len = 0;
     for lane in 0..leaf.count() {
-        let corners = corners::<S, F>(simd, wide, leaf, lane, axis);
+        let corners = corners::<S, M, F>(simd, wide, leaf, lane, axis);
         let [a, b, c] = if SAME {
             [
                 from(corners[0], origin),
@@ -162,14 +163,15 @@ fn from<S: Simd, F: Floats<S>>([x, y, z]: [F; 3], origin: [F; 3]) -> [F; 3] {
 
 /// The corners of a triangle in all lanes, coordinates in the order for rays of one main axis.
 #[inline(always)]
-fn corners<S: Simd, F: Floats<S>>(
+fn corners<S: Simd, M: Form, F: Floats<S>>(
     simd: S,
-    wide: &Wide,
+    wide: &Wide<M>,
     leaf: Ref,
     lane: usize,
     axis: usize,
 ) -> [[F; 3]; 3] {
-    let rows = wide.arena.leaf(leaf.granule(), leaf.count());
+    let mut room = M::LEAF_ROOM;
+    let rows = wide.store.leaf(leaf, &mut room);
     let [kx, ky, kz] = super::ray::AXES[axis];
     let rows = [rows.axis(kx), rows.axis(ky), rows.axis(kz)];
     [
@@ -195,9 +197,9 @@ fn corner<S: Simd, F: Floats<S>>(
 
 /// Decides what was met. True if anything was hit.
 #[inline(always)]
-fn settle<S: Simd, F: Floats<S>, A: Answers>(
+fn settle<S: Simd, M: Form, F: Floats<S>, A: Answers>(
     simd: S,
-    wide: &Wide,
+    wide: &Wide<M>,
     bundle: &mut Bundle,
     rays: &[Ray; RAYS],
     leaf: Ref,
@@ -223,7 +225,7 @@ fn settle<S: Simd, F: Floats<S>, A: Answers>(
         if A::ANY && left == 0 {
             continue;
         }
-        let [a, b, c] = corners::<S, F>(simd, wide, leaf, target.lane, axis);
+        let [a, b, c] = corners::<S, M, F>(simd, wide, leaf, target.lane, axis);
         let ray = columns.edges::<S, F>(simd, packet, axis);
         let depths = LeafTest::new(
             simd,
@@ -243,8 +245,8 @@ fn settle<S: Simd, F: Floats<S>, A: Answers>(
 }
 
 /// A triangle, and a packet that may meet it.
-struct Target<'a> {
-    wide: &'a Wide,
+struct Target<'a, M> {
+    wide: &'a Wide<M>,
     leaf: Ref,
     lane: usize,
     packet: usize,
@@ -252,7 +254,7 @@ struct Target<'a> {
     first: usize,
 }
 
-impl Target<'_> {
+impl<M: Form> Target<'_, M> {
     /// Which rays are blocked; they take no further part.
     #[inline(always)]
     fn block<S: Simd, F: Floats<S>>(
@@ -285,7 +287,7 @@ impl Target<'_> {
         let hit = |k: &usize| {
             unsure >> k & 1 != 0
                 && PreparedRay::new(&rays[self.first + k]).is_some_and(|ray| {
-                    exact(&self.wide.arena, self.leaf, self.lane, &ray)
+                    exact(&self.wide.store, self.leaf, self.lane, &ray)
                         .0
                         .is_some()
                 })
@@ -336,19 +338,19 @@ impl Target<'_> {
     /// Decides between this triangle and the hit so far by the definition.
     #[cold]
     fn contest(&self, columns: &mut Columns, rays: &[Ray; RAYS], mut contested: u32) {
-        let arena = &self.wide.arena;
+        let store = &self.wide.store;
         while contested != 0 {
             let k = self.first + contested.trailing_zeros() as usize;
             contested &= contested - 1;
             let Some(ray) = PreparedRay::new(&rays[k]) else {
                 continue;
             };
-            let (Some(new), prim) = exact(arena, self.leaf, self.lane, &ray) else {
+            let (Some(new), prim) = exact(store, self.leaf, self.lane, &ray) else {
                 continue;
             };
             let (leaf, lane) = (columns.leaf[k].to_bits(), columns.lane[k].to_bits());
             if leaf != NONE
-                && let (Some(old), old_prim) = exact(arena, Ref(leaf), lane as usize, &ray)
+                && let (Some(old), old_prim) = exact(store, Ref(leaf), lane as usize, &ray)
                 && (old.t, old_prim) < (new.t, prim)
             {
                 (columns.lower[k], columns.bound[k]) = (old.t, old.t + 0.0);

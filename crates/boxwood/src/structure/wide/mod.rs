@@ -1,19 +1,23 @@
 //! The wide hierarchy: nodes of eight children, leaves of up to eight triangles, each tested at once.
 //!
-//! * One block of memory on huge pages ([`crate::simd::Arena`]) holds everything; references are 32 bits (`layout`).
+//! * One block of memory on huge pages ([`crate::simd::Arena`]) holds everything; references are 32 bits (`layout`). Nodes and
+//!   leaves are kept in one of two forms (`form`): as the rows that kernels read (`full`), or packed (`compact`).
 //! * A binary tree is built, collapsed to eight wide by dynamic programming, and laid out depth first (`emit`).
 //! * Single rays go by `single`, slices by `batch` (many rays in flight), whatever must be watched by `walk`.
 //! * A kernel decides in two steps: a test over all lanes, in single precision, that errs only towards *maybe* and gives
 //!   bounds of `t` (`lanes`); then the exact test, for the one or two triangles that remain when the traversal is over
-//!   (`finish` for eight rays at once).
+//!   (`pending`; then `finish` for eight rays at once, `finish_one` for one).
 //!
 //! Every instruction set runs the same source (`fearless_simd`) and gives the same bits.
 
 mod batch;
 mod bundle;
+mod compact;
 mod emit;
 mod finish;
 mod finish_one;
+mod form;
+mod full;
 mod lanes;
 mod layout;
 mod meet;
@@ -27,14 +31,17 @@ mod triangles;
 mod walk;
 mod worth;
 
-pub use slots::WideSlots;
-pub use triangles::WideTriangles;
+pub(crate) use compact::Compact;
+pub(crate) use full::Full;
+pub(crate) use slots::WideSlots;
+pub(crate) use triangles::WideTriangles;
 
 use crate::build::{BuildInput, BuildOptions, CollapseOptions, LeafRule, MAX_DEPTH, WideTopology};
 use crate::error::BuildError;
 use crate::geom::{Aabb, Triangle};
 use crate::prims::Primitives;
-use crate::simd::{Arena, InstructionSet};
+use crate::simd::InstructionSet;
+use form::{Form, Store};
 use layout::{Ref, WIDTH};
 
 /// Most references that can wait in a traversal: of each level all children but one, and room for a last push of eight.
@@ -44,8 +51,8 @@ const STACK: usize = (WIDTH - 1) * MAX_DEPTH + WIDTH + 1;
 const FETCH_FROM: usize = 4 << 20;
 
 /// The tree.
-struct Wide {
-    arena: Arena,
+struct Wide<M> {
+    store: Store<M>,
     /// `None` if nothing can be hit.
     root: Option<Ref>,
     bounds: Aabb,
@@ -66,21 +73,21 @@ enum Payload<'a> {
     Slots,
 }
 
-impl Wide {
+impl<M: Form> Wide<M> {
     fn new(
         tree: &WideTopology,
         payload: &Payload<'_>,
         options: &BuildOptions,
     ) -> Result<Self, BuildError> {
-        let emitted = emit::emit(tree, payload)?;
+        let emitted = emit::emit::<M>(tree, payload)?;
         Ok(Self {
             root: emitted.root,
             bounds: tree.bounds,
             size: ray::size(&tree.bounds),
             level: options.instructions,
             stack_need: emitted.stack_need,
-            fetch: emitted.arena.len() > FETCH_FROM,
-            arena: emitted.arena,
+            fetch: emitted.store.len() > FETCH_FROM,
+            store: emitted.store,
         })
     }
 }

@@ -3,12 +3,12 @@
 //! Candidates that single precision is sure of shorten the ray to the upper bound of their `t`, and wait; when the traversal is over, few of them
 //! are left to be decided exactly. What it is not sure of is decided at once.
 
+use super::form::{Form, Store};
 use super::lanes::LeafTest;
-use super::layout::{Ref, triangle};
+use super::layout::Ref;
 use super::ray::EdgeLanes;
 use crate::geom::{Candidate, PreparedRay, Ray, Triangle};
 use crate::prims::{Tested, Triangles};
-use crate::simd::Arena;
 use fearless_simd::{f32x8, mask32x8, prelude::*};
 
 /// The smallest `(t, primitive)` so far.
@@ -124,10 +124,10 @@ impl Pending {
         clippy::too_many_arguments,
         reason = "all that a leaf's candidates need"
     )]
-    pub(super) fn consider<S: Simd>(
+    pub(super) fn consider<S: Simd, M: Form>(
         &mut self,
         simd: S,
-        arena: &Arena,
+        store: &Store<M>,
         ray: &impl Asked,
         leaf: Ref,
         test: &LeafTest<f32x8<S>>,
@@ -141,7 +141,7 @@ impl Pending {
         let sure = depths.sure & !beyond;
         if sure != 0 {
             if self.len as usize == ROOM {
-                self.settle(arena, ray, bound);
+                self.settle(store, ray, bound);
             }
             self.leaves[self.len as usize] = (leaf, sure);
             self.lower[self.len as usize] = depths.lower.into();
@@ -150,14 +150,14 @@ impl Pending {
             bound = sure.select(depths.upper, end).min(end).reduce_min();
         }
         if unsure != 0 {
-            bound = self.decide_now(arena, ray, leaf, unsure, bound);
+            bound = self.decide_now(store, ray, leaf, unsure, bound);
         }
         bound
     }
 
     /// Decides what waits and is not beyond `bound`.
     #[inline(never)]
-    pub(super) fn settle(&mut self, arena: &Arena, ray: &impl Asked, bound: f32) {
+    pub(super) fn settle<M: Form>(&mut self, store: &Store<M>, ray: &impl Asked, bound: f32) {
         if self.len == 0 {
             return;
         }
@@ -170,7 +170,7 @@ impl Pending {
                 let lane = mask.trailing_zeros() as usize & 7;
                 mask &= mask - 1;
                 if self.lower[i][lane] <= bound {
-                    self.decide(arena, leaf, lane, &ray);
+                    self.decide(store, leaf, lane, &ray);
                 }
             }
         }
@@ -178,17 +178,17 @@ impl Pending {
     }
 
     #[inline(always)]
-    fn decide(&mut self, arena: &Arena, leaf: Ref, lane: usize, ray: &PreparedRay) {
-        let (found, prim) = exact(arena, leaf, lane, ray);
+    fn decide<M: Form>(&mut self, store: &Store<M>, leaf: Ref, lane: usize, ray: &PreparedRay) {
+        let (found, prim) = exact(store, leaf, lane, ray);
         if let Some(candidate) = found {
             self.best.improve(candidate, prim);
         }
     }
 
     #[cold]
-    fn decide_now(
+    fn decide_now<M: Form>(
         &mut self,
-        arena: &Arena,
+        store: &Store<M>,
         ray: &impl Asked,
         leaf: Ref,
         mut mask: u32,
@@ -200,7 +200,7 @@ impl Pending {
         while mask != 0 {
             let lane = mask.trailing_zeros() as usize;
             mask &= mask - 1;
-            self.decide(arena, leaf, lane, &ray);
+            self.decide(store, leaf, lane, &ray);
         }
         // Never minus zero: the slab test compares as integers.
         bound.min(self.best.candidate.t + 0.0)
@@ -232,13 +232,13 @@ impl Pending {
 
 /// One triangle of a leaf by the exact test, and which it is.
 #[inline(always)]
-pub(super) fn exact(
-    arena: &Arena,
+pub(super) fn exact<M: Form>(
+    store: &Store<M>,
     leaf: Ref,
     lane: usize,
     ray: &PreparedRay,
 ) -> (Option<Candidate>, u32) {
-    let (corners, prim) = triangle(arena, leaf, lane);
+    let (corners, prim) = store.triangle(leaf, lane);
     let t = Triangle(corners);
     (
         Tested::new::<Triangles>(t.intersect(ray), || t.bounds(), ray).candidate,
@@ -248,9 +248,9 @@ pub(super) fn exact(
 
 /// True if any candidate of a leaf blocks the ray, whose range ends at `t_max`.
 #[inline(always)]
-pub(super) fn blocks<S: Simd>(
+pub(super) fn blocks<S: Simd, M: Form>(
     simd: S,
-    arena: &Arena,
+    store: &Store<M>,
     ray: &impl Asked,
     leaf: Ref,
     test: &LeafTest<f32x8<S>>,
@@ -265,18 +265,18 @@ pub(super) fn blocks<S: Simd>(
     }
     let beyond = depths.lower.simd_gt(t_max).to_bitmask() as u32;
     let unsure = depths.open & !beyond;
-    unsure != 0 && any_exact(arena, leaf, unsure, ray)
+    unsure != 0 && any_exact(store, leaf, unsure, ray)
 }
 
 #[cold]
-fn any_exact(arena: &Arena, leaf: Ref, mut mask: u32, ray: &impl Asked) -> bool {
+fn any_exact<M: Form>(store: &Store<M>, leaf: Ref, mut mask: u32, ray: &impl Asked) -> bool {
     let Some(ray) = ray.prepared() else {
         return false;
     };
     while mask != 0 {
         let lane = mask.trailing_zeros() as usize;
         mask &= mask - 1;
-        if exact(arena, leaf, lane, &ray).0.is_some() {
+        if exact(store, leaf, lane, &ray).0.is_some() {
             return true;
         }
     }

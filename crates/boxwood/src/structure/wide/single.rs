@@ -2,14 +2,15 @@
 
 use super::batch::least;
 use super::finish_one::evaluate_one;
-use super::lanes::{boxes, candidates, leaf_test};
+use super::form::{Form, Store};
+use super::lanes::{LeafTest, boxes, leaf_test};
 use super::layout::Ref;
 use super::pending::{Best, Left, Pending, blocks};
 use super::ray::{EdgeLanes, Ready, ready};
 use super::{STACK, Wide};
 use crate::geom::{PreparedRay, Ray};
 use crate::query::NoObserver;
-use crate::simd::{Arena, RowStack, Stack, prefetch};
+use crate::simd::{RowStack, Stack, prefetch};
 use fearless_simd::{f32x8, i32x8, prelude::*, u32x8};
 
 /// One of eight, by the lowest bit. Branches, not a computed lane: where they are guessed, what it refers to is read before it is
@@ -38,9 +39,9 @@ fn guessed(refs: &[u32; 8], mask: u32) -> Ref {
 
 /// Asks for the nodes that wait.
 #[inline(always)]
-fn fetch_all(arena: &Arena, refs: &[u32; 8], mut waiting: u32) {
+fn fetch_all<M: Form>(store: &Store<M>, refs: &[u32; 8], mut waiting: u32) {
     while waiting != 0 {
-        let place = arena.address(Ref(refs[waiting.trailing_zeros() as usize & 7]).granule());
+        let place = store.address(Ref(refs[waiting.trailing_zeros() as usize & 7]));
         waiting &= waiting - 1;
         (0..4).for_each(|line| prefetch(place.wrapping_add(64 * line)));
     }
@@ -48,44 +49,40 @@ fn fetch_all(arena: &Arena, refs: &[u32; 8], mut waiting: u32) {
 
 /// The rare leaf with candidates, apart from the loop: it would take the loop's registers. Returns the new bound.
 #[inline(never)]
-fn consider<S: Simd>(
+fn consider<S: Simd, M: Form>(
     simd: S,
-    arena: &Arena,
+    store: &Store<M>,
     ray: &PreparedRay,
     leaf: Ref,
+    test: &LeafTest<f32x8<S>>,
     edges: &EdgeLanes<S>,
     pending: &mut Pending,
     bound: f32,
 ) -> f32 {
     simd.vectorize(
         #[inline(always)]
-        || {
-            let test = leaf_test(simd, arena, leaf, edges);
-            pending.consider(simd, arena, ray, leaf, &test, edges, bound)
-        },
+        || pending.consider(simd, store, ray, leaf, test, edges, bound),
     )
 }
 
 /// The same for any hit.
 #[inline(never)]
-fn is_blocking<S: Simd>(
+fn is_blocking<S: Simd, M: Form>(
     simd: S,
-    arena: &Arena,
+    store: &Store<M>,
     ray: &Ray,
     leaf: Ref,
+    test: &LeafTest<f32x8<S>>,
     edges: &EdgeLanes<S>,
 ) -> bool {
     simd.vectorize(
         #[inline(always)]
-        || {
-            let test = leaf_test(simd, arena, leaf, edges);
-            blocks(simd, arena, ray, leaf, &test, edges, ray.t_max)
-        },
+        || blocks(simd, store, ray, leaf, test, edges, ray.t_max),
     )
 }
 
 #[cold]
-fn closest_of_extreme(wide: &Wide, ray: &Ray) -> Best {
+fn closest_of_extreme<M: Form>(wide: &Wide<M>, ray: &Ray) -> Best {
     match PreparedRay::new(ray) {
         Some(ray) => wide.closest_walked(&ray, &mut NoObserver),
         None => Best::none(0.0),
@@ -93,12 +90,12 @@ fn closest_of_extreme(wide: &Wide, ray: &Ray) -> Best {
 }
 
 #[cold]
-fn is_extreme_occluded(wide: &Wide, ray: &Ray) -> bool {
+fn is_extreme_occluded<M: Form>(wide: &Wide<M>, ray: &Ray) -> bool {
     PreparedRay::new(ray).is_some_and(|ray| wide.occluded_walked(&ray, &mut NoObserver))
 }
 
 #[inline(always)]
-pub(super) fn closest<S: Simd>(simd: S, wide: &Wide, ray: &Ray) -> Best {
+pub(super) fn closest<S: Simd, M: Form>(simd: S, wide: &Wide<M>, ray: &Ray) -> Best {
     let Some(root) = wide.root else {
         return Best::none(0.0);
     };
@@ -107,21 +104,23 @@ pub(super) fn closest<S: Simd>(simd: S, wide: &Wide, ray: &Ray) -> Best {
         Ready::Not => return Best::none(0.0),
         Ready::Extreme => return closest_of_extreme(wide, ray),
     };
-    let arena = &wide.arena;
+    let store = &wide.store;
     // Minus zero becomes zero here and below: the slab test compares as integers.
     let mut bound = ray.t_max + 0.0;
     let mut t_max = f32x8::splat(simd, bound);
     let mut pending = Pending::none(ray.t_max);
+    let mut room = M::NODE_ROOM;
     let mut stack = RowStack::<STACK>::new();
     let mut at = root;
     'all: loop {
         if at.is_leaf() {
-            if candidates(simd, arena, at, &edges) != 0 {
-                bound = consider(simd, arena, &exact, at, &edges, &mut pending, bound);
+            let test = leaf_test(simd, store, at, &edges);
+            if test.candidates != 0 {
+                bound = consider(simd, store, &exact, at, &test, &edges, &mut pending, bound);
                 t_max = f32x8::splat(simd, bound);
             }
         } else {
-            let node = arena.node(at.granule());
+            let node = store.node(simd, at.granule(), &mut room);
             let (hit, enter) = boxes(simd, node, &slabs, t_max);
             let mask = hit.to_bitmask() as u32;
             if mask != 0 {
@@ -145,7 +144,7 @@ pub(super) fn closest<S: Simd>(simd: S, wide: &Wide, ray: &Ray) -> Best {
                 );
                 at = guessed(node.refs(), 1 << (nearest[0] & 7));
                 if wide.fetch {
-                    fetch_all(arena, node.refs(), others.to_bitmask() as u32);
+                    fetch_all(store, node.refs(), others.to_bitmask() as u32);
                 }
                 continue;
             }
@@ -162,22 +161,27 @@ pub(super) fn closest<S: Simd>(simd: S, wide: &Wide, ray: &Ray) -> Best {
     }
     match pending.left(simd, bound) {
         Left::Decided => pending.best,
-        Left::Only(leaf, lane) => match evaluate_one(simd, arena, &exact, leaf, lane as usize) {
+        Left::Only(leaf, lane) => match evaluate_one(simd, store, &exact, leaf, lane as usize) {
             Some(best) => best,
-            None => settled(&mut pending, arena, &exact, bound),
+            None => settled(&mut pending, store, &exact, bound),
         },
-        Left::Several => settled(&mut pending, arena, &exact, bound),
+        Left::Several => settled(&mut pending, store, &exact, bound),
     }
 }
 
 #[inline(never)]
-fn settled(pending: &mut Pending, arena: &Arena, ray: &PreparedRay, bound: f32) -> Best {
-    pending.settle(arena, ray, bound);
+fn settled<M: Form>(
+    pending: &mut Pending,
+    store: &Store<M>,
+    ray: &PreparedRay,
+    bound: f32,
+) -> Best {
+    pending.settle(store, ray, bound);
     pending.best
 }
 
 #[inline(always)]
-pub(super) fn occluded<S: Simd>(simd: S, wide: &Wide, ray: &Ray) -> bool {
+pub(super) fn occluded<S: Simd, M: Form>(simd: S, wide: &Wide<M>, ray: &Ray) -> bool {
     let Some(root) = wide.root else {
         return false;
     };
@@ -186,19 +190,20 @@ pub(super) fn occluded<S: Simd>(simd: S, wide: &Wide, ray: &Ray) -> bool {
         Ready::Not => return false,
         Ready::Extreme => return is_extreme_occluded(wide, ray),
     };
-    let arena = &wide.arena;
+    let store = &wide.store;
+    let mut room = M::NODE_ROOM;
     let mut memory = Stack::memory::<STACK>();
     let mut stack = Stack::<u32>::new(&mut memory);
     let mut at = root;
     let t_max = f32x8::splat(simd, ray.t_max + 0.0);
     loop {
         if at.is_leaf() {
-            if candidates(simd, arena, at, &edges) != 0 && is_blocking(simd, arena, ray, at, &edges)
-            {
+            let test = leaf_test(simd, store, at, &edges);
+            if test.candidates != 0 && is_blocking(simd, store, ray, at, &test, &edges) {
                 return true;
             }
         } else {
-            let node = arena.node(at.granule());
+            let node = store.node(simd, at.granule(), &mut room);
             let (hit, _) = boxes(simd, node, &slabs, t_max);
             let mut mask = hit.to_bitmask() as u32;
             if mask != 0 {

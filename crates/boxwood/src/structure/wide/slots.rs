@@ -1,5 +1,6 @@
 //! The wide tree over anything that is not a triangle: leaves are ranges of slots, primitives stand beside the tree.
 
+use super::form::Form;
 use super::layout::Ref;
 use super::walk::{Leaves, for_each, walk};
 use super::{Payload, Wide};
@@ -12,8 +13,8 @@ use crate::structure::{Accel, Visit};
 use std::ops::ControlFlow;
 
 /// A wide tree whose leaves are ranges of slots.
-pub struct WideSlots {
-    wide: Wide,
+pub(crate) struct WideSlots<M> {
+    wide: Wide<M>,
     order: Vec<u32>,
 }
 
@@ -38,7 +39,7 @@ impl<V: Visit> Leaves for Adapter<'_, V> {
     }
 }
 
-impl Accel for WideSlots {
+impl<M: Form> Accel for WideSlots<M> {
     fn build<P: Primitives>(
         prims: &P,
         boxes: &[Aabb],
@@ -74,6 +75,6 @@ impl Accel for WideSlots {
     }
 
     fn bytes(&self) -> usize {
-        self.wide.arena.len() + size_of_val(self.order.as_slice())
+        self.wide.store.len() + size_of_val(self.order.as_slice())
     }
 }

@@ -1,12 +1,13 @@
 //! The wide tree over triangles, which are packed into its leaves: what most scenes are.
 
 use super::batch::{self, Answers};
-use super::layout::{Ref, triangle};
+use super::form::Form;
+use super::layout::Ref;
 use super::pending::Best;
 use super::single;
 use super::walk::{Leaves, for_each, walk};
-use super::{Payload, Wide};
-use crate::build::BuildOptions;
+use super::{Compact, Full, Payload, Wide};
+use crate::build::{BuildOptions, WideTopology};
 use crate::error::BuildError;
 use crate::geom::{Candidate, Hit, PreparedRay, Ray, Triangle};
 use crate::prims::{Tested, Triangles, boxes};
@@ -17,10 +18,10 @@ use crate::structure::visit::hit;
 use fearless_simd::dispatch;
 use std::ops::ControlFlow;
 
-/// A wide tree with the triangles in its leaves, 40 bytes each.
-pub struct WideTriangles(Wide);
+/// A wide tree with the triangles in its leaves.
+pub(crate) struct WideTriangles<M>(Wide<M>);
 
-impl WideTriangles {
+impl<M: Form> WideTriangles<M> {
     /// Builds it.
     ///
     /// # Errors
@@ -30,11 +31,33 @@ impl WideTriangles {
         options: &BuildOptions,
     ) -> Result<Box<dyn Query>, BuildError> {
         let tree = super::collapsed(prims, &boxes(prims), options)?;
-        Ok(Box::new(Self(Wide::new(
-            &tree,
-            &Payload::Triangles(&prims.0),
-            options,
-        )?)))
+        Self::of(&tree, prims, options)
+    }
+
+    fn of(
+        tree: &WideTopology,
+        prims: &Triangles,
+        options: &BuildOptions,
+    ) -> Result<Box<dyn Query>, BuildError> {
+        let payload = Payload::Triangles(&prims.0);
+        Ok(Box::new(Self(Wide::new(tree, &payload, options)?)))
+    }
+}
+
+impl WideTriangles<Full> {
+    /// The same, in the compact form if it would be too large in this one.
+    ///
+    /// # Errors
+    /// As for [`WideTriangles::boxed`].
+    pub(crate) fn boxed_or_compact(
+        prims: &Triangles,
+        options: &BuildOptions,
+    ) -> Result<Box<dyn Query>, BuildError> {
+        let tree = super::collapsed(prims, &boxes(prims), options)?;
+        match Self::of(&tree, prims, options) {
+            Err(BuildError::TooLarge { .. }) => WideTriangles::<Compact>::of(&tree, prims, options),
+            built => built,
+        }
     }
 }
 
@@ -103,14 +126,14 @@ impl Judge for All<'_> {
 }
 
 /// The exact test for each triangle of a leaf.
-struct Exact<'a, O, J> {
-    wide: &'a Wide,
+struct Exact<'a, M, O, J> {
+    wide: &'a Wide<M>,
     ray: &'a PreparedRay,
     observer: &'a mut O,
     judge: J,
 }
 
-impl<O: Observer, J: Judge> Leaves for Exact<'_, O, J> {
+impl<M: Form, O: Observer, J: Judge> Leaves for Exact<'_, M, O, J> {
     #[inline(always)]
     fn t_max(&self) -> f32 {
         self.judge.t_max()
@@ -118,7 +141,7 @@ impl<O: Observer, J: Judge> Leaves for Exact<'_, O, J> {
 
     fn leaf(&mut self, leaf: Ref) -> ControlFlow<()> {
         for lane in 0..leaf.count() {
-            let (corners, prim) = triangle(&self.wide.arena, leaf, lane);
+            let (corners, prim) = self.wide.store.triangle(leaf, lane);
             let shape = Triangle(corners);
             let Tested {
                 candidate,
@@ -147,7 +170,7 @@ impl<O: Observer, J: Judge> Leaves for Exact<'_, O, J> {
     }
 }
 
-impl Wide {
+impl<M: Form> Wide<M> {
     fn walked<O: Observer, J: Judge>(&self, ray: &PreparedRay, observer: &mut O, judge: J) -> J {
         let mut exact = Exact {
             wide: self,
@@ -216,7 +239,7 @@ impl Answers for OccludedEach<'_> {
     }
 }
 
-impl Query for WideTriangles {
+impl<M: Form> Query for WideTriangles<M> {
     fn closest_hit(&self, ray: &Ray) -> Option<Hit> {
         // No closure in here: it may be left out of the instruction set.
         answer(dispatch!(self.0.level.0, simd => single::closest(simd, &self.0, ray)))
@@ -312,6 +335,6 @@ impl Query for WideTriangles {
     }
 
     fn bytes(&self) -> usize {
-        self.0.arena.len()
+        self.0.store.len()
     }
 }

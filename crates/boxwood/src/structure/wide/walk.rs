@@ -2,6 +2,7 @@
 //! that are not packed triangles, and for rays so extreme that the fast test's products would overflow.
 
 use super::Wide;
+use super::form::Form;
 use super::lanes::planes;
 use super::layout::{Ref, WIDTH, bounds};
 use super::ray::{SlabConstants, SlabLanes};
@@ -39,7 +40,7 @@ enum Boxes {
 }
 
 impl Boxes {
-    fn test(&self, wide: &Wide, node: NodeRows<'_>) -> Intervals {
+    fn test<M: Form>(&self, wide: &Wide<M>, node: NodeRows<'_>) -> Intervals {
         match self {
             Self::Fused(slabs, t_min) => dispatch!(wide.level.0, simd => {
                 let (near, far) = planes(simd, node, &SlabLanes::new(simd, slabs, *t_min));
@@ -64,14 +65,22 @@ impl Intervals {
     }
 }
 
+impl<M: Form> Wide<M> {
+    /// A node as rows.
+    fn rows<'a>(&'a self, at: Ref, room: &'a mut M::NodeRoom) -> NodeRows<'a> {
+        dispatch!(self.level.0, simd => self.store.node(simd, at.granule(), room))
+    }
+}
+
 /// Hands the leaves that the ray may hit to `leaves`, the nearest child of each node first.
 #[inline]
-pub(super) fn walk(wide: &Wide, ray: &PreparedRay, leaves: &mut impl Leaves) {
+pub(super) fn walk<M: Form>(wide: &Wide<M>, ray: &PreparedRay, leaves: &mut impl Leaves) {
     let Some(root) = wide.root else { return };
     let boxes = match SlabConstants::new(ray, wide.size) {
         Some(slabs) => Boxes::Fused(slabs, ray.t_min),
         None => Boxes::Careful(SlabRay::new(ray, &wide.bounds)),
     };
+    let mut room = M::NODE_ROOM;
     let mut memory = Stack::memory::<{ super::STACK }>();
     let mut stack = Stack::<(Ref, u32, f32)>::new(&mut memory);
     stack.push((root, 0, ray.t_min));
@@ -83,7 +92,7 @@ pub(super) fn walk(wide: &Wide, ray: &PreparedRay, leaves: &mut impl Leaves) {
                 return;
             }
         } else {
-            let node = wide.arena.node(at.granule());
+            let node = wide.rows(at, &mut room);
             let intervals = boxes.test(wide, node);
             let entered = |lane: &usize| enters(at, *lane, node, &intervals, ray, leaves);
             let hits = (0..WIDTH)
@@ -176,7 +185,8 @@ fn drop_node(node: u32, near: f32, observer: &mut impl Observer) {
 }
 
 /// Nodes and leaves with their boxes, parents first: `visit(number, depth, bounds, reference)`.
-pub(super) fn for_each(wide: &Wide, mut visit: impl FnMut(u32, u32, Aabb, Ref)) {
+pub(super) fn for_each<M: Form>(wide: &Wide<M>, mut visit: impl FnMut(u32, u32, Aabb, Ref)) {
+    let mut room = M::NODE_ROOM;
     let mut stack: Vec<(u32, u32, Aabb, Ref)> = wide
         .root
         .map(|root| (0, 0, wide.bounds, root))
@@ -185,7 +195,7 @@ pub(super) fn for_each(wide: &Wide, mut visit: impl FnMut(u32, u32, Aabb, Ref)) 
     while let Some((node_number, depth, around, at)) = stack.pop() {
         visit(node_number, depth, around, at);
         if !at.is_leaf() {
-            let node = wide.arena.node(at.granule());
+            let node = wide.rows(at, &mut room);
             for lane in (0..WIDTH)
                 .rev()
                 .filter(|lane| !bounds(node, *lane).is_empty())
