@@ -1,7 +1,7 @@
 //! Everything that must hold before a change lands. `.ci/run` is nothing but this.
 
 use crate::shell::{command, exists, step};
-use crate::{figures, fuzz};
+use crate::{asm, figures, fuzz};
 use anyhow::Result;
 
 /// Runs all checks, the quick ones first.
@@ -48,6 +48,7 @@ pub(crate) fn run(_: &[String]) -> Result<()> {
         ],
     )?;
     cargo("chores", &["test", "-p", "xtask"])?;
+    asm::run(&[])?;
     figures::check()?;
     dependencies()?;
     fuzz::run(&[])
