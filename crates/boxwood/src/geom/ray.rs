@@ -141,7 +141,7 @@ impl PreparedRay {
             shear: [ray.dir[kx] / ray.dir[kz], ray.dir[ky] / ray.dir[kz]],
             t_per_depth: 1.0 / f64::from(ray.dir[kz]),
             recip,
-            pad_floor: max(largest * PAD_PER_DIR, LEAST_PAD),
+            pad_floor: max(largest * PAD_PER_DIR[0] * PAD_PER_DIR[1], LEAST_PAD),
         })
     }
 
@@ -181,8 +181,9 @@ pub(crate) const MAX_DIR: f32 = 1_208_925_819_614_629_174_706_176.0; // 2^80
 pub(crate) const MIN_DIR: f32 = 1.0 / MAX_DIR;
 /// Smaller components than this times the largest are lifted before they are divided by.
 pub(crate) const LIFT: f32 = 1.0 / (1u64 << 40) as f32;
-/// [`PreparedRay::pad_floor`] is this times the largest component, and not below [`LEAST_PAD`].
-pub(crate) const PAD_PER_DIR: f32 = LEAST_PAD / (1u64 << 35) as f32;
+/// [`PreparedRay::pad_floor`] is the largest component times 2^-145, and not below [`LEAST_PAD`]. As two factors: the product is
+/// denormal, which a host may have told the processor to take for 0.
+pub(crate) const PAD_PER_DIR: [f32; 2] = [1.0 / (1u128 << 100) as f32, 1.0 / (1u64 << 45) as f32];
 /// 2^-110.
 pub(crate) const LEAST_PAD: f32 = LIFT * LIFT / (1u64 << 30) as f32;
 

@@ -3,7 +3,7 @@
 use super::bundle::{self, Bundle};
 use super::finish::{Finished, evaluate};
 use super::form::Form;
-use super::lanes::{boxes, leaf_test};
+use super::lanes::{boxes, leaf_test, nearest};
 use super::layout::Ref;
 use super::pending::{Best, Left, Pending, blocks};
 use super::prepare::{Record, prepare};
@@ -12,7 +12,7 @@ use super::{STACK, Wide, single};
 use crate::geom::{PreparedRay, Ray};
 use crate::query::NoObserver;
 use crate::simd::prefetch;
-use fearless_simd::{dispatch, f32x8, i32x8, mask32x8, prelude::*, u32x8};
+use fearless_simd::{dispatch, f32x8, mask32x8, prelude::*, u32x8};
 use std::marker::PhantomData;
 
 /// Rays in flight.
@@ -249,17 +249,6 @@ pub(super) fn fetch<M: Form, const FETCH: bool>(wide: &Wide<M>, at: u32) {
     }
 }
 
-/// The smallest of all lanes, in all lanes.
-#[inline(always)]
-pub(super) fn least<S: Simd>(simd: S, v: i32x8<S>) -> i32x8<S> {
-    let (a, b) = v.split();
-    let m = a.min(b);
-    let m = m.min(m.slide::<2>(m));
-    let m = m.min(m.slide::<1>(m));
-    let _ = simd;
-    i32x8::block_splat(m)
-}
-
 #[inline(always)]
 fn node_step<S: Simd, M: Form, A: Answers, const FETCH: bool, const LEN: usize>(
     simd: S,
@@ -281,14 +270,7 @@ fn node_step<S: Simd, M: Form, A: Answers, const FETCH: bool, const LEN: usize>(
         slot.at = slot.refs[Slot::<LEN>::place(slot.top as usize)];
     } else {
         // The nearest goes on, the others wait.
-        let numbers = i32x8::simd_from(simd, [0, 1, 2, 3, 4, 5, 6, 7]);
-        let key = hit.select(
-            (enter & i32x8::splat(simd, !7)) | numbers,
-            i32x8::splat(simd, i32::MAX),
-        );
-        let nearest = least(simd, key);
-        let others = key.simd_gt(nearest) & hit;
-        let lane = nearest[0] as usize & 7;
+        let (lane, others) = nearest(simd, hit, enter);
         *slot.refs8(top) = refs.compress(others).into();
         *slot.near8(top) = enter.compress(others).bitcast::<f32x8<S>>().into();
         // Pushed and popped at once: a selection would become a branch, which cannot be guessed. With no child hit it is

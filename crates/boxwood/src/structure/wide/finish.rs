@@ -4,8 +4,8 @@ use super::form::{Form, Store};
 use super::lanes::Floats;
 use super::layout::Ref;
 use super::pending::Best;
-use super::prepare::{Record, transpose};
-use crate::geom::{Candidate, Ray};
+use super::prepare::{Record, rows_of, transpose};
+use crate::geom::{Candidate, LEAST_PAD, OWN_PAD, PAD_PER_DIR, Ray};
 use fearless_simd::{f32x8, f64x4, mask32x8, prelude::*, u32x8};
 
 /// A triangle that its ray hits for certain.
@@ -24,10 +24,6 @@ impl Finished {
         leaf: Ref(0),
         lane: 0,
     };
-}
-
-const fn pow2(e: i32) -> f32 {
-    f32::from_bits(((e + 127) as u32) << 23)
 }
 
 /// `a` or `b` or `c` for main axis 0, 1, 2.
@@ -114,32 +110,8 @@ pub(super) fn evaluate<S: Simd, M: Form>(
     done: &[Finished; 8],
     best: &mut [Best; 8],
 ) -> u32 {
-    let row = |k: usize| {
-        let r = &rays[done[k].ray];
-        f32x8::simd_from(
-            simd,
-            [
-                r.origin[0],
-                r.origin[1],
-                r.origin[2],
-                r.t_min,
-                r.dir[0],
-                r.dir[1],
-                r.dir[2],
-                r.t_max,
-            ],
-        )
-    };
-    let [ox, oy, oz, _, dx, dy, dz, t_max] = transpose([
-        row(0),
-        row(1),
-        row(2),
-        row(3),
-        row(4),
-        row(5),
-        row(6),
-        row(7),
-    ]);
+    let [ox, oy, oz, _, dx, dy, dz, t_max] =
+        rows_of(simd, done.each_ref().map(|done| &rays[done.ray]));
     let row = |k: usize| {
         let r = &done[k].record;
         f32x8::simd_from(
@@ -278,11 +250,10 @@ pub(super) fn evaluate_rows<S: Simd>(
     );
     let reach = larger(larger(x.reach(), y.reach()), z.reach());
     let largest = larger(dx.abs(), larger(dy.abs(), dz.abs()));
-    let floor = larger(
-        largest * f32x8::splat(simd, f32::from_bits(1 << 4)),
-        f32x8::splat(simd, pow2(-110)),
-    );
-    let pad = reach * f32x8::splat(simd, pow2(-20)) + floor;
+    let splat = |x: f32| f32x8::splat(simd, x);
+    let [per_dir, rest] = PAD_PER_DIR;
+    let floor = larger(largest * splat(per_dir) * splat(rest), splat(LEAST_PAD));
+    let pad = reach * splat(OWN_PAD) + floor;
     let (x, y, z) = (x.slab(pad, rx), y.slab(pad, ry), z.slab(pad, rz));
     let near = larger(larger(x.0, y.0), z.0);
     let far = smaller(smaller(x.1, y.1), z.1);

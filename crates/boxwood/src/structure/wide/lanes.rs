@@ -29,6 +29,28 @@ pub(super) fn boxes<S: Simd>(
     (enter.simd_le(exit), enter)
 }
 
+/// The lane of the child that is entered first, and all others that are entered.
+#[inline(always)]
+pub(super) fn nearest<S: Simd>(simd: S, hit: mask32x8<S>, enter: i32x8<S>) -> (usize, mask32x8<S>) {
+    // The number of the lane in the last bits: which of neighbours comes first does not matter.
+    let numbers = i32x8::simd_from(simd, [0, 1, 2, 3, 4, 5, 6, 7]);
+    let key = hit.select(
+        (enter & i32x8::splat(simd, !7)) | numbers,
+        i32x8::splat(simd, i32::MAX),
+    );
+    let first = least(key);
+    (first[0] as usize & 7, key.simd_gt(first) & hit)
+}
+
+/// The smallest of all lanes, in all lanes.
+#[inline(always)]
+fn least<S: Simd>(v: i32x8<S>) -> i32x8<S> {
+    let (a, b) = v.split();
+    let m = a.min(b);
+    let m = m.min(m.slide::<2>(m));
+    i32x8::block_splat(m.min(m.slide::<1>(m)))
+}
+
 /// Where the line enters and leaves the boxes of all children, without regard to the ray's range.
 #[inline(always)]
 pub(super) fn planes<S: Simd>(

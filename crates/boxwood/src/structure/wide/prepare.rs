@@ -1,6 +1,7 @@
 //! Eight rays at a time made ready.
 
-use crate::geom::Ray;
+use super::ray::{PAD, TAME};
+use crate::geom::{LEAST_PAD, LIFT, MAX_COORDINATE, MAX_DIR, MIN_DIR, PAD_PER_DIR, Ray};
 use crate::simd::PlaneRow;
 use fearless_simd::{f32x8, prelude::*, u32x8};
 
@@ -68,12 +69,6 @@ pub(super) struct Prepared {
     pub(super) extreme: u32,
 }
 
-const MAX_COORDINATE: f32 = crate::geom::MAX_COORDINATE;
-const MAX_DIR: f32 = 1_208_925_819_614_629_174_706_176.0; // 2^80
-const fn pow2(e: i32) -> f32 {
-    f32::from_bits(((e + 127) as u32) << 23)
-}
-
 /// Eight rays by rows: lane k is ray k.
 pub(super) struct RayRows<S: Simd> {
     pub(super) origin: [f32x8<S>; 3],
@@ -93,34 +88,35 @@ pub(super) struct RayRows<S: Simd> {
     pub(super) prepared: Prepared,
 }
 
+/// Eight rays by rows: origins, smallest `t`, directions, largest `t`.
+#[inline(always)]
+pub(super) fn rows_of<S: Simd>(simd: S, rays: [&Ray; 8]) -> [f32x8<S>; 8] {
+    let [a, b, c, d, e, f, g, h] = rays;
+    transpose([
+        row(simd, a),
+        row(simd, b),
+        row(simd, c),
+        row(simd, d),
+        row(simd, e),
+        row(simd, f),
+        row(simd, g),
+        row(simd, h),
+    ])
+}
+
+#[inline(always)]
+fn row<S: Simd>(simd: S, ray: &Ray) -> f32x8<S> {
+    let (o, d) = (ray.origin, ray.dir);
+    f32x8::simd_from(
+        simd,
+        [o[0], o[1], o[2], ray.t_min, d[0], d[1], d[2], ray.t_max],
+    )
+}
+
 /// Eight rays made ready for boxes of coordinates up to `size`.
 #[inline(always)]
 pub(super) fn ray_rows<S: Simd>(simd: S, rays: &[Ray; 8], size: f32) -> RayRows<S> {
-    let row = |r: &Ray| {
-        f32x8::simd_from(
-            simd,
-            [
-                r.origin[0],
-                r.origin[1],
-                r.origin[2],
-                r.t_min,
-                r.dir[0],
-                r.dir[1],
-                r.dir[2],
-                r.t_max,
-            ],
-        )
-    };
-    let [ox, oy, oz, t0, dx, dy, dz, t1] = transpose([
-        row(&rays[0]),
-        row(&rays[1]),
-        row(&rays[2]),
-        row(&rays[3]),
-        row(&rays[4]),
-        row(&rays[5]),
-        row(&rays[6]),
-        row(&rays[7]),
-    ]);
+    let [ox, oy, oz, t0, dx, dy, dz, t1] = rows_of(simd, rays.each_ref());
     let splat = |x: f32| f32x8::splat(simd, x);
     let (ax, ay, az) = (dx.abs(), dy.abs(), dz.abs());
     let largest = ax.max(ay).max(az);
@@ -132,10 +128,10 @@ pub(super) fn ray_rows<S: Simd>(simd: S, rays: &[Ray; 8], size: f32) -> RayRows<
         & ax.simd_le(long)
         & ay.simd_le(long)
         & az.simd_le(long)
-        & largest.simd_ge(splat(1.0 / MAX_DIR))
+        & largest.simd_ge(splat(MIN_DIR))
         & t0.simd_eq(t0)
         & t1.simd_eq(t1);
-    let lift = largest * splat(pow2(-40));
+    let lift = largest * splat(LIFT);
     let one = splat(1.0);
     let rx = one / ax.simd_lt(lift).select(lift.copysign(dx), dx);
     let ry = one / ay.simd_lt(lift).select(lift.copysign(dy), dy);
@@ -148,10 +144,11 @@ pub(super) fn ray_rows<S: Simd>(simd: S, rays: &[Ray; 8], size: f32) -> RayRows<
     let zero = splat(0.0);
     let t_min = t0.simd_gt(zero).select(t0, zero);
     let reach = splat(size) + ox.abs().max(oy.abs()).max(oz.abs());
-    let floor = (largest * splat(pow2(-100)) * splat(pow2(-45))).max(splat(pow2(-110)));
-    let pad = reach * splat(pow2(-19)) + (floor + floor);
+    let [a, b] = PAD_PER_DIR;
+    let floor = (largest * splat(a) * splat(b)).max(splat(LEAST_PAD));
+    let pad = reach * splat(PAD) + (floor + floor);
     let (arx, ary, arz) = (rx.abs(), ry.abs(), rz.abs());
-    let tame = ((reach + pad) * arx.max(ary).max(arz)).simd_lt(splat(1e38));
+    let tame = ((reach + pad) * arx.max(ary).max(arz)).simd_lt(splat(TAME));
     let (cx, cy, cz) = (-(ox * rx), -(oy * ry), -(oz * rz));
     let (px, py, pz) = (pad * arx, pad * ary, pad * arz);
     let bit = |v: u32| u32x8::splat(simd, v);

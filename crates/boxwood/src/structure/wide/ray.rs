@@ -160,7 +160,8 @@ pub(super) fn ready<S: Simd>(simd: S, ray: &Ray, size: f32) -> Ready<S> {
         recip = splat(1.0) / flat.select(lift.copysign(dir), dir);
     }
     let reach = splat(size) + largest3(simd, distance);
-    let floor = (largest * splat(PAD_PER_DIR)).max(splat(LEAST_PAD));
+    let [a, b] = PAD_PER_DIR;
+    let floor = (largest * splat(a) * splat(b)).max(splat(LEAST_PAD));
     let pad = reach * splat(PAD) + (floor + floor);
     let steepness = recip.abs();
     if !(((reach + pad) * largest3(simd, steepness))[0] < TAME) {

@@ -1,9 +1,8 @@
 //! One ray at a time.
 
-use super::batch::least;
 use super::finish_one::evaluate_one;
 use super::form::{Form, Store};
-use super::lanes::{LeafTest, boxes, leaf_test};
+use super::lanes::{LeafTest, boxes, leaf_test, nearest};
 use super::layout::Ref;
 use super::pending::{Best, Left, Pending, blocks};
 use super::ray::{EdgeLanes, Ready, ready};
@@ -11,7 +10,7 @@ use super::{STACK, Wide};
 use crate::geom::{PreparedRay, Ray};
 use crate::query::NoObserver;
 use crate::simd::{RowStack, Stack, prefetch};
-use fearless_simd::{f32x8, i32x8, prelude::*, u32x8};
+use fearless_simd::{f32x8, prelude::*, u32x8};
 
 /// One of eight, by the lowest bit. Branches, not a computed lane: where they are guessed, what it refers to is read before it is
 /// known.
@@ -49,6 +48,10 @@ fn fetch_all<M: Form>(store: &Store<M>, refs: &[u32; 8], mut waiting: u32) {
 
 /// The rare leaf with candidates, apart from the loop: it would take the loop's registers. Returns the new bound.
 #[inline(never)]
+#[expect(
+    clippy::too_many_arguments,
+    reason = "all that a leaf's candidates need"
+)]
 fn consider<S: Simd, M: Form>(
     simd: S,
     store: &Store<M>,
@@ -129,20 +132,14 @@ pub(super) fn closest<S: Simd, M: Form>(simd: S, wide: &Wide<M>, ray: &Ray) -> B
                     continue;
                 }
                 // The nearest goes on, the others wait in any order.
-                let numbers = i32x8::simd_from(simd, [0, 1, 2, 3, 4, 5, 6, 7]);
-                let key = hit.select(
-                    (enter & i32x8::splat(simd, !7)) | numbers,
-                    i32x8::splat(simd, i32::MAX),
-                );
-                let nearest = least(simd, key);
-                let others = key.simd_gt(nearest) & hit;
+                let (lane, others) = nearest(simd, hit, enter);
                 let refs = u32x8::simd_from(simd, *node.refs());
                 stack.push(
                     refs.compress(others).into(),
                     enter.compress(others).bitcast::<f32x8<S>>().into(),
                     mask.count_ones() as usize - 1,
                 );
-                at = guessed(node.refs(), 1 << (nearest[0] & 7));
+                at = guessed(node.refs(), 1 << lane);
                 if wide.fetch {
                     fetch_all(store, node.refs(), others.to_bitmask() as u32);
                 }
