@@ -26,7 +26,8 @@ const Z: usize = 16;
 const REFS: usize = 24;
 const WORDS: usize = 32;
 
-/// Steps of the grid of a node.
+/// Steps of the grid of a node. The last may lie beyond the box of the whole tree, by less than a hundredth of its size: the
+/// paddings of the box test have that to spare.
 const STEPS: u32 = 255;
 /// Smaller steps than this are not needed, and nothing may become denormal.
 const LEAST_STEP: f32 = 1.0 / (1_u128 << 120) as f32;

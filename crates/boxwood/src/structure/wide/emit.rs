@@ -2,7 +2,7 @@
 
 use super::Payload;
 use super::form::{Form, Store};
-use super::layout::{MAX_GRANULES, Ref, WIDTH};
+use super::layout::{Ref, WIDTH};
 use crate::build::{TopologyNode, WideTopology};
 use crate::error::BuildError;
 use crate::simd::{Arena, GRANULE};
@@ -23,12 +23,13 @@ const SLACK: usize = 64;
 /// Lays the tree out depth first: a node, its leaves, its inner children.
 ///
 /// # Errors
-/// [`BuildError::TooLarge`] beyond 4 GB, [`BuildError::OutOfMemory`].
+/// [`BuildError::TooLarge`] if that takes `limit` granules, [`BuildError::OutOfMemory`].
 pub(super) fn emit<M: Form>(
     tree: &WideTopology,
     payload: &Payload<'_>,
+    limit: u32,
 ) -> Result<Emitted<M>, BuildError> {
-    let (places, granules) = places::<M>(tree, payload)?;
+    let (places, granules) = places::<M>(tree, payload, limit)?;
     let bytes = granules as usize * GRANULE + SLACK;
     let mut arena = Arena::new(bytes).ok_or(BuildError::OutOfMemory { bytes })?;
     for (index, place) in places.iter().enumerate() {
@@ -67,6 +68,7 @@ fn in_leaf<'a>(tree: &'a WideTopology, leaf: &TopologyNode) -> &'a [u32] {
 fn places<M: Form>(
     tree: &WideTopology,
     payload: &Payload<'_>,
+    limit: u32,
 ) -> Result<(Vec<u32>, u64), BuildError> {
     let out_of_memory = BuildError::OutOfMemory {
         bytes: tree.node_count() * size_of::<u32>(),
@@ -88,17 +90,15 @@ fn places<M: Form>(
                 .sum::<u64>();
         }
     }
-    let slots = tree.order.len() as u64;
-    let (bytes, limit) = (
-        next * GRANULE as u64,
-        u64::from(MAX_GRANULES) * GRANULE as u64,
-    );
-    if next >= u64::from(MAX_GRANULES)
-        || (matches!(payload, Payload::Slots) && slots >= u64::from(MAX_GRANULES))
-    {
+    // Slots are not in the arena, but named by the same bits.
+    let needed = match payload {
+        Payload::Slots => next.max(tree.order.len() as u64),
+        Payload::Triangles(_) => next,
+    };
+    if needed >= u64::from(limit) {
         return Err(BuildError::TooLarge {
-            bytes: bytes.max(slots * GRANULE as u64),
-            limit,
+            bytes: needed * GRANULE as u64,
+            limit: u64::from(limit) * GRANULE as u64,
         });
     }
     Ok((places, next))

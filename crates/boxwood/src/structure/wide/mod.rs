@@ -42,7 +42,7 @@ use crate::geom::{Aabb, Triangle};
 use crate::prims::Primitives;
 use crate::simd::InstructionSet;
 use form::{Form, Store};
-use layout::{Ref, WIDTH};
+use layout::{MAX_GRANULES, Ref, WIDTH};
 
 /// Most references that can wait in a traversal: of each level all children but one, and room for a last push of eight.
 const STACK: usize = (WIDTH - 1) * MAX_DEPTH + WIDTH + 1;
@@ -79,7 +79,17 @@ impl<M: Form> Wide<M> {
         payload: &Payload<'_>,
         options: &BuildOptions,
     ) -> Result<Self, BuildError> {
-        let emitted = emit::emit::<M>(tree, payload)?;
+        Self::within(MAX_GRANULES, tree, payload, options)
+    }
+
+    /// In less than `limit` granules, or not at all.
+    fn within(
+        limit: u32,
+        tree: &WideTopology,
+        payload: &Payload<'_>,
+        options: &BuildOptions,
+    ) -> Result<Self, BuildError> {
+        let emitted = emit::emit::<M>(tree, payload, limit)?;
         Ok(Self {
             root: emitted.root,
             bounds: tree.bounds,

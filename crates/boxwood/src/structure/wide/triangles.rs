@@ -2,7 +2,7 @@
 
 use super::batch::{self, Answers};
 use super::form::Form;
-use super::layout::Ref;
+use super::layout::{MAX_GRANULES, Ref};
 use super::pending::Best;
 use super::single;
 use super::walk::{Leaves, for_each, walk};
@@ -31,16 +31,19 @@ impl<M: Form> WideTriangles<M> {
         options: &BuildOptions,
     ) -> Result<Box<dyn Query>, BuildError> {
         let tree = super::collapsed(prims, &boxes(prims), options)?;
-        Self::of(&tree, prims, options)
+        Self::within(MAX_GRANULES, &tree, prims, options)
     }
 
-    fn of(
+    fn within(
+        limit: u32,
         tree: &WideTopology,
         prims: &Triangles,
         options: &BuildOptions,
     ) -> Result<Box<dyn Query>, BuildError> {
         let payload = Payload::Triangles(&prims.0);
-        Ok(Box::new(Self(Wide::new(tree, &payload, options)?)))
+        Ok(Box::new(Self(Wide::within(
+            limit, tree, &payload, options,
+        )?)))
     }
 }
 
@@ -53,9 +56,19 @@ impl WideTriangles<Full> {
         prims: &Triangles,
         options: &BuildOptions,
     ) -> Result<Box<dyn Query>, BuildError> {
+        Self::boxed_within(MAX_GRANULES, prims, options)
+    }
+
+    fn boxed_within(
+        limit: u32,
+        prims: &Triangles,
+        options: &BuildOptions,
+    ) -> Result<Box<dyn Query>, BuildError> {
         let tree = super::collapsed(prims, &boxes(prims), options)?;
-        match Self::of(&tree, prims, options) {
-            Err(BuildError::TooLarge { .. }) => WideTriangles::<Compact>::of(&tree, prims, options),
+        match Self::within(limit, &tree, prims, options) {
+            Err(BuildError::TooLarge { .. }) => {
+                WideTriangles::<Compact>::within(limit, &tree, prims, options)
+            }
             built => built,
         }
     }
@@ -336,5 +349,46 @@ impl<M: Form> Query for WideTriangles<M> {
 
     fn bytes(&self) -> usize {
         self.0.store.len()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::simd::GRANULE;
+
+    /// Two triangles a square, `n` squares each way, not quite flat.
+    fn sheet(n: usize) -> Triangles {
+        let corner = |x: usize, y: usize| [x as f32, y as f32, ((x * 7 + y * 3) % 5) as f32 * 0.1];
+        let square = |k: usize| {
+            let (x, y) = (k % n, k / n);
+            let [a, b, c, d] = [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(i, j)| corner(x + i, y + j));
+            [Triangle([a, b, c]), Triangle([b, d, c])]
+        };
+        Triangles((0..n * n).flat_map(square).collect())
+    }
+
+    #[test]
+    fn what_is_too_large_as_rows_is_made_compact_and_then_refused() {
+        let (prims, options) = (sheet(16), BuildOptions::default());
+        let full = WideTriangles::<Full>::boxed_or_compact(&prims, &options).unwrap();
+        let compact = WideTriangles::<Compact>::boxed(&prims, &options).unwrap();
+        let granules = |query: &dyn Query| (query.bytes() / GRANULE) as u32;
+        let between = granules(&*compact).midpoint(granules(&*full));
+        let fallen = WideTriangles::<Full>::boxed_within(between, &prims, &options).unwrap();
+        assert_eq!(fallen.bytes(), compact.bytes());
+        let small = granules(&*compact) / 2;
+        let refused = WideTriangles::<Full>::boxed_within(small, &prims, &options);
+        assert!(
+            matches!(refused, Err(BuildError::TooLarge { limit, .. }) if limit == u64::from(small) * 16)
+        );
+        let mut hits = 0;
+        for k in 0..1000_usize {
+            let (x, y) = ((k % 37) as f32 * 0.44, (k % 41) as f32 * 0.4);
+            let ray = Ray::new([x, y, 3.0], [0.01 * x, -0.01, -1.0]);
+            assert_eq!(fallen.closest_hit(&ray), full.closest_hit(&ray));
+            hits += usize::from(full.closest_hit(&ray).is_some());
+        }
+        assert!(hits > 500, "{hits}");
     }
 }
