@@ -60,7 +60,7 @@ pub const STRUCTURES: &[Structure] = &[
     },
     Structure {
         name: "compact",
-        about: "wide in half the memory: quantised boxes, corners shared in leaves",
+        about: "wide in 0.6 of the memory: quantised boxes, corners shared in leaves",
         is_tree: true,
         has_kernels: true,
         volumes: VOLUMES.split_at(1).0,
