@@ -127,7 +127,7 @@ pub(super) fn trace<M: Form, A: Answers>(wide: &Wide<M>, rays: &[Ray], answers: 
         return dispatch!(wide.level.0, simd => one_by_one(simd, wide, rays, answers));
     }
     dispatch!(wide.level.0, simd => match (wide.stack_need <= SHALLOW, wide.fetch) {
-        (true, false) if M::IS_ROWS => {
+        (true, false) if M::HAS_SMALL_KERNELS => {
             run::<_, M, A, false, { SHALLOW + 16 }>(simd, wide, root, rays, answers);
         }
         (true, _) => run::<_, M, A, true, { SHALLOW + 16 }>(simd, wide, root, rays, answers),

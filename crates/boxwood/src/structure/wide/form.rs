@@ -11,8 +11,8 @@ use std::marker::PhantomData;
 pub(crate) trait Form: Send + Sync + 'static {
     /// Granules of a node; a multiple of a cache line.
     const NODE_GRANULES: u32;
-    /// True if nodes and leaves are rows already, so that coherent rays gain from sharing them.
-    const IS_ROWS: bool;
+    /// True if small trees have kernels of their own, which fetch nothing ahead: a little speed for much code.
+    const HAS_SMALL_KERNELS: bool;
     /// Where a node is unpacked.
     type NodeRoom;
     const NODE_ROOM: Self::NodeRoom;

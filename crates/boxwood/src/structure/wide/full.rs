@@ -23,7 +23,7 @@ const fn leaf_floats(count: usize) -> usize {
 
 impl Form for Full {
     const NODE_GRANULES: u32 = (8 * size_of::<Row>() / GRANULE) as u32;
-    const IS_ROWS: bool = true;
+    const HAS_SMALL_KERNELS: bool = true;
     type NodeRoom = ();
     const NODE_ROOM: () = ();
     type LeafRoom = ();

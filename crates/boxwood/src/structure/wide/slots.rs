@@ -63,15 +63,7 @@ impl<M: Form> Accel for WideSlots<M> {
     }
 
     fn for_each_node(&self, visit: &mut dyn FnMut(NodeInfo)) {
-        for_each(&self.wide, |node, depth, bounds, at| {
-            let prims = at.is_leaf().then(|| at.count() as u32);
-            visit(NodeInfo {
-                node,
-                depth,
-                bounds,
-                prims,
-            });
-        });
+        for_each(&self.wide, visit);
     }
 
     fn bytes(&self) -> usize {

@@ -336,15 +336,7 @@ impl<M: Form> Query for WideTriangles<M> {
     }
 
     fn for_each_node(&self, visit: &mut dyn FnMut(NodeInfo)) {
-        for_each(&self.0, |node, depth, bounds, at| {
-            let prims = at.is_leaf().then(|| at.count() as u32);
-            visit(NodeInfo {
-                node,
-                depth,
-                bounds,
-                prims,
-            });
-        });
+        for_each(&self.0, visit);
     }
 
     fn bytes(&self) -> usize {

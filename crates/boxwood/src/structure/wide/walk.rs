@@ -7,7 +7,7 @@ use super::lanes::planes;
 use super::layout::{Ref, WIDTH, bounds};
 use super::ray::{SlabConstants, SlabLanes};
 use crate::geom::{Aabb, PreparedRay, SlabRay};
-use crate::query::{Observer, VolumeTest, VolumeVerdict};
+use crate::query::{NodeInfo, Observer, VolumeTest, VolumeVerdict};
 use crate::simd::{NodeRows, Stack};
 use fearless_simd::dispatch;
 use std::ops::ControlFlow;
@@ -184,8 +184,8 @@ fn drop_node(node: u32, near: f32, observer: &mut impl Observer) {
     });
 }
 
-/// Nodes and leaves with their boxes, parents first: `visit(number, depth, bounds, reference)`.
-pub(super) fn for_each<M: Form>(wide: &Wide<M>, mut visit: impl FnMut(u32, u32, Aabb, Ref)) {
+/// Nodes and leaves with their boxes, parents first.
+pub(super) fn for_each<M: Form>(wide: &Wide<M>, visit: &mut dyn FnMut(NodeInfo)) {
     let mut room = M::NODE_ROOM;
     let mut stack: Vec<(u32, u32, Aabb, Ref)> = wide
         .root
@@ -193,7 +193,12 @@ pub(super) fn for_each<M: Form>(wide: &Wide<M>, mut visit: impl FnMut(u32, u32, 
         .into_iter()
         .collect();
     while let Some((node_number, depth, around, at)) = stack.pop() {
-        visit(node_number, depth, around, at);
+        visit(NodeInfo {
+            node: node_number,
+            depth,
+            bounds: around,
+            prims: at.is_leaf().then(|| at.count() as u32),
+        });
         if !at.is_leaf() {
             let node = wide.rows(at, &mut room);
             for lane in (0..WIDTH)
