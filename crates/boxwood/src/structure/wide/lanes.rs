@@ -180,7 +180,14 @@ pub(super) struct Depths<F> {
     pub(super) open: u32,
 }
 
+/// The unit roundoff.
 const U: f32 = 1.0 / (1 << 24) as f32;
+/// What the sum of edges times depths may lose to underflow: each of three steps less than the smallest normal number, even
+/// where smaller ones are flushed to zero.
+const LOST: f32 = 4.0 * f32::MIN_POSITIVE;
+/// Depths below this count as this much, so that their share of the error, `14 U`, covers what the last two products lose to
+/// underflow: 2^-104.
+const NEAREST: f32 = f32::MIN_POSITIVE * (1 << 22) as f32;
 
 impl<F> LeafTest<F> {
     /// Of sheared corners, for the lanes of `among`.
@@ -218,9 +225,11 @@ impl<F> LeafTest<F> {
         let (least, most) = (za.min(zb).min(zc), za.max(zb).max(zc));
         let size = products(b, c) + products(c, a) + products(a, b);
         let spread = (most - least) * abs_inv;
-        let far = least.abs().max(most.abs());
-        let error =
-            (size * spread).mul_add(F::splat(simd, 3.0 * U), far * F::splat(simd, 14.0 * U));
+        let far = least.abs().max(most.abs()).max(F::splat(simd, NEAREST));
+        let error = abs_inv.mul_add(
+            F::splat(simd, LOST),
+            (size * spread).mul_add(F::splat(simd, 3.0 * U), far * F::splat(simd, 14.0 * U)),
+        );
         let depth = num * inv;
         let t = depth * ray.recip;
         let error = error.mul_add(ray.recip.abs(), F::splat(simd, f32::MIN_POSITIVE));
