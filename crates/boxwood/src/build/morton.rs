@@ -14,7 +14,7 @@ use super::{BuildInput, BuildOptions, Topology, TopologyNode};
 use crate::error::BuildError;
 use crate::geom::Aabb;
 use fearless_simd::{Simd, dispatch};
-use merge::{Clusters, Merges, scale_of};
+use merge::{Clusters, MAX_FRAGMENTS, Merges, scale_of};
 
 pub(super) fn build(
     input: &BuildInput<'_>,
@@ -24,6 +24,10 @@ pub(super) fn build(
     let watch = Watch::start(&options.progress, fragments.len())?;
     if fragments.is_empty() {
         return Ok(Topology::default());
+    }
+    let (count, limit) = (fragments.len(), MAX_FRAGMENTS);
+    if count > limit {
+        return Err(BuildError::TooManyPrimitives { count, limit });
     }
     let rule = input.leaf_rule(options);
     dispatch!(options.instructions.0, simd => cluster(simd, &fragments, &rule, &watch))

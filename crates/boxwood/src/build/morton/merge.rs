@@ -6,7 +6,7 @@
 use super::super::fragment::{Fragment, Lanes};
 use super::super::input::{LeafRule, filled, room};
 use crate::error::BuildError;
-use fearless_simd::{Select, Simd, SimdBase, f32x8, i32x8};
+use fearless_simd::{f32x8, i32x8, mask32x8, prelude::*};
 use std::hint::select_unpredictable;
 use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
@@ -26,6 +26,9 @@ pub(super) struct Merges {
 
 /// Bit of the first child of a merge whose fragments had better be one leaf.
 const LEAF: u32 = 1 << 31;
+
+/// Most fragments: there are fewer than twice as many nodes, whose numbers leave [`LEAF`] free.
+pub(super) const MAX_FRAGMENTS: usize = 1 << 30;
 
 impl Merges {
     pub(super) fn new(leaves: usize) -> Result<Self, BuildError> {
@@ -143,8 +146,8 @@ impl Clusters {
         );
     }
 
-    /// For each cluster the one with which it has the smallest box; of equals the one that makes the first pair, so that at
-    /// least one pair is mutual.
+    /// For each cluster the one with which it has the smallest box. Of equals the one beside it in an even pair (2, 3), else
+    /// the first: among all pairs of the smallest box one is mutual, and where all boxes are equal half of them are.
     #[inline(always)]
     fn find_nearest<S: Simd>(&mut self, simd: S) {
         let end = self.len + 2 * MARGIN;
@@ -157,26 +160,37 @@ impl Clusters {
             &y[..end],
             &z[..end],
         ];
+        let [before, behind] =
+            [RADIUS as i32 - 1, RADIUS as i32 + 1].map(|o| i32x8::splat(simd, o));
+        let is_even = mask32x8::from_bitmask(simd, 0x55);
         for i in (0..self.len).step_by(LANES) {
             let own = load(simd, &bounds, MARGIN + i);
-            let mut least = f32x8::splat(simd, f32::INFINITY);
-            let mut nearest = i32x8::splat(simd, 0);
-            for offset in 0..2 * RADIUS + 1 {
-                if offset == RADIUS {
-                    continue;
-                }
-                let other = load(simd, &bounds, MARGIN + i + offset - RADIUS);
-                let x = own[0].max(other[0]) + own[3].max(other[3]);
-                let y = own[1].max(other[1]) + own[4].max(other[4]);
-                let z = own[2].max(other[2]) + own[5].max(other[5]);
-                let area = x * (y + z) + y * z;
-                let is_less = area.simd_lt(least);
-                least = is_less.select(area, least);
-                nearest = is_less.select(i32x8::splat(simd, offset as i32), nearest);
+            let from = MARGIN + i - RADIUS;
+            let area_before = area_with(&own, &load(simd, &bounds, from + RADIUS - 1));
+            let area_behind = area_with(&own, &load(simd, &bounds, from + RADIUS + 1));
+            let mut nearest = Nearest {
+                area: is_even.select(area_behind, area_before),
+                offset: is_even.select(behind, before),
+            };
+            for offset in 0..RADIUS - 1 {
+                let area = area_with(&own, &load(simd, &bounds, from + offset));
+                nearest.meet(area, i32x8::splat(simd, offset as i32));
             }
-            let offsets = nearest.to_array();
+            nearest.meet(
+                is_even.select(area_before, area_behind),
+                is_even.select(before, behind),
+            );
+            for offset in RADIUS + 2..2 * RADIUS + 1 {
+                let area = area_with(&own, &load(simd, &bounds, from + offset));
+                nearest.meet(area, i32x8::splat(simd, offset as i32));
+            }
+            let offsets = nearest.offset.to_array();
             for lane in 0..LANES {
-                self.nearest[i + lane] = (i + lane + offsets[lane] as usize - RADIUS) as u32;
+                // Lanes behind the last cluster may wrap, and are not read.
+                let place = (i + lane) as u32;
+                self.nearest[i + lane] = place
+                    .wrapping_add(offsets[lane] as u32)
+                    .wrapping_sub(RADIUS as u32);
             }
         }
     }
@@ -235,6 +249,30 @@ impl Clusters {
         let [x, y, z] = [side(0), side(1), side(2)];
         x * (y + z) + y * z
     }
+}
+
+/// The best neighbours of eight clusters so far.
+struct Nearest<S: Simd> {
+    area: f32x8<S>,
+    offset: i32x8<S>,
+}
+
+impl<S: Simd> Nearest<S> {
+    #[inline(always)]
+    fn meet(&mut self, area: f32x8<S>, offset: i32x8<S>) {
+        let is_less = area.simd_lt(self.area);
+        self.area = is_less.select(area, self.area);
+        self.offset = is_less.select(offset, self.offset);
+    }
+}
+
+/// Half the area of the box around both, for eight pairs.
+#[inline(always)]
+fn area_with<S: Simd>(own: &[f32x8<S>; 6], other: &[f32x8<S>; 6]) -> f32x8<S> {
+    let x = own[0].max(other[0]) + own[3].max(other[3]);
+    let y = own[1].max(other[1]) + own[4].max(other[4]);
+    let z = own[2].max(other[2]) + own[5].max(other[5]);
+    x * (y + z) + y * z
 }
 
 /// Eight boxes, from one place on. Written out: a closure over the axes would not be inlined.
