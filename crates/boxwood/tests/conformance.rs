@@ -237,6 +237,62 @@ fn spheres_agree_with_the_list() {
 }
 
 #[test]
+fn leaves_are_never_larger_than_a_structure_takes() {
+    let mesh = common::star(14, 20, 3.0);
+    let scene = |structure: &str, options: BuildOptions| {
+        let builder = Scene::builder().mesh(&mesh.0, &mesh.1);
+        builder
+            .structure(structure)
+            .options(options)
+            .build()
+            .unwrap()
+    };
+    let truth = truth(&scene("list", BuildOptions::default()), rays(&mesh, 500, 4));
+    for structure in STRUCTURES.iter().filter(|s| s.is_tree) {
+        for builder in BUILDERS {
+            for max_leaf in [0, 8, 9, 64, 255, u32::MAX] {
+                let options = BuildOptions {
+                    max_leaf,
+                    ..BuildOptions::with(*builder)
+                };
+                let what = format!("{} {} {max_leaf}", structure.name, builder.name);
+                assert_same(&what, &scene(structure.name, options), &truth);
+            }
+        }
+    }
+}
+
+#[test]
+fn equal_boxes_are_built_as_fast_as_others() {
+    // Quadratic, this would take minutes.
+    let one = [[0.0, 0.0, 1.0], [1.0, 0.25, 1.5], [0.25, 1.0, 1.0]];
+    let on_a_line = |k: usize| one.map(|p| [p[0] + (k / 1000) as f32, 0.0, 0.0]);
+    for builder in BUILDERS {
+        for copies in [true, false] {
+            let count = if builder.name == "sweep" {
+                20_000
+            } else {
+                200_000
+            };
+            let positions: Vec<[f32; 3]> = (0..count)
+                .flat_map(|k| if copies { one } else { on_a_line(k) })
+                .collect();
+            let indices: Vec<[u32; 3]> = (0..count as u32)
+                .map(|k| [3 * k, 3 * k + 1, 3 * k + 2])
+                .collect();
+            let scene = Scene::builder()
+                .mesh(&positions, &indices)
+                .options(BuildOptions::with(*builder))
+                .build()
+                .unwrap();
+            let ray = Ray::new([0.4, 0.4, 0.0], [0.0, 0.0, 1.0]);
+            let first = scene.closest_hit(&ray).map(|hit| hit.prim);
+            assert_eq!(first, copies.then_some(0), "{}", builder.name);
+        }
+    }
+}
+
+#[test]
 fn meshes_are_numbered_in_the_order_added() {
     let near = [[0.0, 0.0, 1.0], [1.0, 0.0, 1.0], [0.0, 1.0, 1.0]];
     let far = near.map(|p| [p[0], p[1], 2.0]);

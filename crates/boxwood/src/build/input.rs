@@ -4,6 +4,7 @@ use super::{BuildOptions, LeafCost};
 use crate::error::BuildError;
 use crate::geom::Aabb;
 use crate::prims::{Parts, Primitives};
+use crate::simd;
 use std::fmt;
 use std::ops::ControlFlow;
 use std::sync::Arc;
@@ -43,6 +44,12 @@ impl<'a> BuildInput<'a> {
             leaves: Some(rule),
             ..self
         }
+    }
+
+    /// Most primitives in a leaf: as the options have it, but no more than the structure takes.
+    pub(crate) fn leaf_limit(&self, options: &BuildOptions) -> usize {
+        let limit = self.leaves.map_or(u32::MAX, |rule| rule.max.max(1));
+        options.leaf_limit().min(limit as usize)
     }
 
     pub(crate) fn leaf_rule(&self, options: &BuildOptions) -> LeafRule {
@@ -184,12 +191,9 @@ impl<'a> Watch<'a> {
 
 /// An empty vector with room for `count` elements, or an error if the system has no memory for them.
 pub(crate) fn room<T>(count: usize) -> Result<Vec<T>, BuildError> {
-    let mut room = Vec::new();
-    room.try_reserve_exact(count)
-        .map_err(|_| BuildError::OutOfMemory {
-            bytes: count.saturating_mul(size_of::<T>()),
-        })?;
-    Ok(room)
+    simd::room(count).map_err(|_| BuildError::OutOfMemory {
+        bytes: count.saturating_mul(size_of::<T>()),
+    })
 }
 
 /// `count` copies of `element`, or an error if the system has no memory for them.

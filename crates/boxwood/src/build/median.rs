@@ -13,7 +13,7 @@ pub(super) fn build(
         options,
         &Median {
             axis: options.axis,
-            leaf_limit: options.leaf_limit(),
+            leaf_limit: input.leaf_limit(options),
         },
     )
 }

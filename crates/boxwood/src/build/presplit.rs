@@ -15,6 +15,9 @@ use crate::error::BuildError;
 use crate::geom::Aabb;
 use crate::prims::Parts;
 
+/// Most parts altogether: a tree has up to twice as many nodes, which 32 bits number.
+const MAX_PARTS: usize = (1 << 31) - 1;
+
 /// The primitives of an input with up to `budget` times as many parts more.
 pub(super) fn split_fragments(
     input: &BuildInput<'_>,
@@ -31,6 +34,7 @@ pub(super) fn split_fragments(
     let mut priorities = room(whole.len())?;
     priorities.extend(whole.iter().map(|f| grid.priority(parts, f)));
     let extra = (whole.len() as f64 * f64::from(budget.clamp(0.0, 4.0))) as usize;
+    let extra = extra.min(MAX_PARTS.saturating_sub(whole.len()));
     let Some(scale) = scale_to(&priorities, extra) else {
         return Ok(whole);
     };

@@ -14,7 +14,7 @@ pub(super) fn build(
     options: &BuildOptions,
 ) -> Result<Topology, BuildError> {
     let split = Sweep {
-        leaf_limit: options.leaf_limit(),
+        leaf_limit: input.leaf_limit(options),
         primitive_cost: f64::from(options.primitive_cost),
     };
     top_down(input, options, &split)

@@ -133,7 +133,7 @@ pub(crate) fn top_down(
     );
     let frame = Frame {
         split,
-        leaf_limit: options.leaf_limit(),
+        leaf_limit: input.leaf_limit(options),
         watch: Watch::start(&options.progress, refs.len())?,
     };
     if refs.is_empty() {

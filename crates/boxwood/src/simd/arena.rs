@@ -232,8 +232,8 @@ impl<'a> AxisRows<'a> {
     }
 }
 
-/// Must come before the memory is first touched. A refusal does no harm.
-fn ask_for_huge_pages(start: NonNull<u8>, bytes: usize) {
+/// Must come before the memory is first touched. A refusal does no harm. Nothing is asked for less than a huge page.
+pub(super) fn ask_for_huge_pages(start: NonNull<u8>, bytes: usize) {
     #[cfg(all(target_os = "linux", not(miri)))]
     if bytes >= HUGE {
         // SAFETY: advice about our own memory, which changes none of it.

@@ -4,9 +4,11 @@
 mod arena;
 mod isa;
 mod prefetch;
+mod room;
 mod stack;
 
 pub(crate) use arena::{Arena, AxisRows, GRANULE, LeafRows, NodeRows, PlaneRow, Row, Third};
 pub use isa::InstructionSet;
 pub(crate) use prefetch::{address, prefetch};
+pub(crate) use room::room;
 pub(crate) use stack::{RowStack, Stack};

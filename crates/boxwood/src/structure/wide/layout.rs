@@ -19,12 +19,16 @@ const LEAF: u32 = 1 << 31;
 
 impl Ref {
     pub(super) fn node(granule: u32) -> Self {
-        debug_assert!(granule < MAX_GRANULES);
+        assert!(granule < MAX_GRANULES, "checked by `emit`");
         Self(granule)
     }
 
     pub(super) fn leaf(granule: u32, count: usize) -> Self {
-        debug_assert!(granule < MAX_GRANULES && (1..=MAX_LEAF).contains(&count));
+        assert!(granule < MAX_GRANULES, "checked by `emit`");
+        assert!(
+            (1..=MAX_LEAF).contains(&count),
+            "a builder broke its rule for leaves"
+        );
         Self(LEAF | (count as u32 - 1) << 28 | granule)
     }
 
