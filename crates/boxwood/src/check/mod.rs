@@ -55,7 +55,9 @@ pub enum Aim {
     Edges,
     /// At vertices.
     Vertices,
-    /// A third of each.
+    /// In tiles of 64 that go nearly the same way, which structures may trace together.
+    Tiles,
+    /// A quarter of each; tiles stay whole.
     #[default]
     Mixed,
 }
@@ -65,6 +67,7 @@ pub const AIMS: &[(&str, Aim)] = &[
     ("random", Aim::Random),
     ("edges", Aim::Edges),
     ("vertices", Aim::Vertices),
+    ("tiles", Aim::Tiles),
     ("mixed", Aim::Mixed),
 ];
 

@@ -17,6 +17,10 @@ pub struct Rays<'a> {
 
 /// One ray in so many is none: a NaN, an infinity, no direction.
 const INVALID: u64 = 256;
+/// Rays of a tile: neighbours, which structures may trace together.
+const TILE: u64 = 64;
+/// One tile in so many of a mixture is coherent.
+const COHERENT: u64 = 4;
 
 impl<'a> Rays<'a> {
     /// Rays at `triangles`; without any, rays around the unit cube.
@@ -50,15 +54,19 @@ impl<'a> Rays<'a> {
     pub fn ray(&self, index: u64) -> Ray {
         let mut random = Random::new(self.seed, index);
         let aim = match self.aim {
+            Aim::Mixed if index / TILE % COHERENT == COHERENT - 1 => Aim::Tiles,
             Aim::Mixed => random.pick([Aim::Random, Aim::Edges, Aim::Vertices]),
             aim => aim,
         };
         let ray = match aim {
             Aim::Edges => self.ray_at(self.point_of_edge(&mut random), &mut random),
             Aim::Vertices => self.ray_at(self.vertex(&mut random), &mut random),
+            Aim::Tiles => self.ray_of_tile(index / TILE, &mut random),
             Aim::Random | Aim::Mixed => self.ray_anywhere(&mut random),
         };
-        if random.one_in(INVALID) {
+        // Rays of a tile are spoilt less often: one that is none parts the tile.
+        let tile = if aim == Aim::Tiles { TILE } else { 1 };
+        if random.one_in(INVALID * tile) {
             spoilt(ray, &mut random)
         } else {
             ray
@@ -74,7 +82,7 @@ impl<'a> Rays<'a> {
             2..=3 => random.direction(),
             _ => minus(self.in_bounds(1.0, random), origin),
         };
-        let length = dir.iter().map(|d| d * d).sum::<f32>().sqrt();
+        let length = length(dir);
         // An exact change of length: `dir` need not be unit.
         let scale = 2.0 / (1 << random.below(12)) as f32;
         self.limited(
@@ -82,6 +90,42 @@ impl<'a> Rays<'a> {
             self.size / (length * scale),
             random,
         )
+    }
+
+    /// One of 64 neighbours that go nearly the same way, from one origin or from near it, to a corner of one triangle, to points of
+    /// its edges or past them.
+    fn ray_of_tile(&self, tile: u64, random: &mut Random) -> Ray {
+        let mut shared = Random::new(!self.seed, tile);
+        let origin = self.origin(&mut shared);
+        let corners = self.triangle(&mut shared);
+        let corner = shared.pick(corners);
+        let distance = length(minus(corner, origin));
+        let apart = distance * shared.pick([0.0, 0.0, 1e-6, 1e-3]);
+        let spread = distance * shared.pick([0.0, 1e-6, 1e-3, 0.03]);
+        let (is_along_axis, range) = (shared.one_in(6), shared.below(8));
+        // As far along the edge as is still nearly the same way.
+        let edge = minus(random.pick(corners), corner);
+        let part = random.pick([0.0, 0.5, 1.0]) * (0.2 * distance / length(edge)).min(1.0);
+        let part = if part.is_finite() { part } else { 0.0 };
+        let near = |point: [f32; 3], by: f32, random: &mut Random| {
+            point.map(|x| x + by * (2.0 * random.unit() - 1.0))
+        };
+        let origin = near(origin, apart, random);
+        let target = std::array::from_fn(|k| corner[k] + part * edge[k]);
+        let mut dir = minus(near(target, spread, random), origin);
+        if is_along_axis {
+            let main = (0..3).max_by(|a, b| dir[*a].abs().total_cmp(&dir[*b].abs()));
+            let others = (0..3).filter(|k| Some(*k) != main);
+            others.for_each(|k| dir[k] = random.pick([0.0, -0.0]));
+        }
+        let ray = Ray::new(origin, dir);
+        match range {
+            0 => ray.with_range(0.0, 1.0),
+            1 => ray.with_range(1.0, f32::INFINITY),
+            2 => ray.with_range(0.0, 2.0 * random.unit()),
+            3 => ray.with_range(-1.0, f32::INFINITY),
+            _ => ray,
+        }
     }
 
     /// Through `target`, exactly wherever rounding allows.
@@ -173,6 +217,10 @@ impl<'a> Rays<'a> {
 
 fn minus(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
     std::array::from_fn(|k| a[k] - b[k])
+}
+
+fn length(a: [f32; 3]) -> f32 {
+    a.iter().map(|x| x * x).sum::<f32>().sqrt()
 }
 
 /// A ray with one number, or its direction, made impossible.
@@ -292,6 +340,35 @@ mod tests {
             let far = 1e3 * Rays::new(&TRIANGLES, aim, 0).size;
             assert!(count(&|r| r.origin.iter().any(|x| x.abs() > far)) > 50);
         }
+    }
+
+    #[test]
+    fn rays_of_a_tile_go_nearly_the_same_way() {
+        let rays = Rays::new(&TRIANGLES, Aim::Mixed, 7);
+        let tile = |number: u64| {
+            (0..TILE)
+                .map(|k| rays.ray(number * TILE + k))
+                .collect::<Vec<_>>()
+        };
+        let is_coherent = |tile: &[Ray]| {
+            let dot = |a: [f32; 3], b: [f32; 3]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f32>();
+            let valid: Vec<[f32; 3]> = tile
+                .iter()
+                .filter(|r| r.is_valid())
+                .map(|r| r.dir)
+                .collect();
+            valid.iter().all(|d| {
+                let along = dot(*d, valid[0]);
+                along > 0.0 && along * along > 0.8 * dot(*d, *d) * dot(valid[0], valid[0])
+            })
+        };
+        let coherent = |from: u64| {
+            (0..100)
+                .filter(|n| is_coherent(&tile(4 * n + from)))
+                .count()
+        };
+        assert!(coherent(3) > 50, "{}", coherent(3));
+        assert_eq!(coherent(0), 0);
     }
 
     #[test]
