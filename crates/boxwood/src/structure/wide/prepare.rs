@@ -83,7 +83,7 @@ pub(super) struct RayRows<S: Simd> {
     pub(super) t_per_depth: f32x8<S>,
     /// The main axis.
     pub(super) axis: u32x8<S>,
-    /// How much smaller than the boxes' reach the padding may be.
+    /// By how much boxes are padded.
     pub(super) pad: f32x8<S>,
     pub(super) prepared: Prepared,
 }

@@ -17,7 +17,7 @@ pub(super) struct SlabConstants {
     pub(super) recip: [f32; 3],
     pub(super) near: [f32; 3],
     pub(super) far: [f32; 3],
-    /// Row of the near plane along each axis; the far one is this `^ 1`.
+    /// Row of the near plane along each axis; the far one is its [`PlaneRow::opposite`].
     pub(super) near_row: [PlaneRow; 3],
 }
 

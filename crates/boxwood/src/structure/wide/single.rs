@@ -85,7 +85,7 @@ fn is_blocking<S: Simd, M: Form>(
 }
 
 #[cold]
-fn closest_of_extreme<M: Form>(wide: &Wide<M>, ray: &Ray) -> Best {
+fn closest_in_no_hurry<M: Form>(wide: &Wide<M>, ray: &Ray) -> Best {
     match PreparedRay::new(ray) {
         Some(ray) => wide.closest_walked(&ray, &mut NoObserver),
         None => Best::none(0.0),
@@ -93,7 +93,7 @@ fn closest_of_extreme<M: Form>(wide: &Wide<M>, ray: &Ray) -> Best {
 }
 
 #[cold]
-fn is_extreme_occluded<M: Form>(wide: &Wide<M>, ray: &Ray) -> bool {
+fn is_occluded_in_no_hurry<M: Form>(wide: &Wide<M>, ray: &Ray) -> bool {
     PreparedRay::new(ray).is_some_and(|ray| wide.occluded_walked(&ray, &mut NoObserver))
 }
 
@@ -105,7 +105,7 @@ pub(super) fn closest<S: Simd, M: Form>(simd: S, wide: &Wide<M>, ray: &Ray) -> B
     let (slabs, edges, exact) = match ready(simd, ray, wide.size) {
         Ready::Tame(slabs, edges, exact) => (slabs, edges, exact),
         Ready::Not => return Best::none(0.0),
-        Ready::Extreme => return closest_of_extreme(wide, ray),
+        Ready::Extreme => return closest_in_no_hurry(wide, ray),
     };
     let store = &wide.store;
     // Minus zero becomes zero here and below: the slab test compares as integers.
@@ -160,7 +160,8 @@ pub(super) fn closest<S: Simd, M: Form>(simd: S, wide: &Wide<M>, ray: &Ray) -> B
         Left::Decided => pending.best,
         Left::Only(leaf, lane) => match evaluate_one(simd, store, &exact, leaf, lane as usize) {
             Some(best) => best,
-            None => settled(&mut pending, store, &exact, bound),
+            // Not hit after all, but it has hidden others: once more without any doubt. Never seen yet.
+            None => closest_in_no_hurry(wide, ray),
         },
         Left::Several => settled(&mut pending, store, &exact, bound),
     }
@@ -185,7 +186,7 @@ pub(super) fn occluded<S: Simd, M: Form>(simd: S, wide: &Wide<M>, ray: &Ray) -> 
     let (slabs, edges) = match ready(simd, ray, wide.size) {
         Ready::Tame(slabs, edges, _) => (slabs, edges),
         Ready::Not => return false,
-        Ready::Extreme => return is_extreme_occluded(wide, ray),
+        Ready::Extreme => return is_occluded_in_no_hurry(wide, ray),
     };
     let store = &wide.store;
     let mut room = M::NODE_ROOM;

@@ -8,7 +8,7 @@ use super::layout::{Ref, WIDTH, bounds};
 use super::ray::{SlabConstants, SlabLanes};
 use crate::geom::{Aabb, PreparedRay, SlabRay};
 use crate::query::{NodeInfo, Observer, VolumeTest, VolumeVerdict};
-use crate::simd::{NodeRows, Stack};
+use crate::simd::{GRANULE, NodeRows, Stack};
 use fearless_simd::dispatch;
 use std::ops::ControlFlow;
 
@@ -94,7 +94,7 @@ pub(super) fn walk<M: Form>(wide: &Wide<M>, ray: &PreparedRay, leaves: &mut impl
         } else {
             let node = wide.rows(at, &mut room);
             let intervals = boxes.test(wide, node);
-            let entered = |lane: &usize| enters(at, *lane, node, &intervals, ray, leaves);
+            let entered = |lane: &usize| enters::<M>(at, *lane, node, &intervals, ray, leaves);
             let hits = (0..WIDTH)
                 .filter(entered)
                 .fold(0u32, |hits, lane| hits | 1 << lane);
@@ -131,7 +131,7 @@ fn push_children(
     stack.push(child(nearest));
 }
 
-/// The number of a child, as watchers know it: nodes are at least nine granules apart.
+/// The number of a child, as watchers know it: nodes are at least eight granules apart.
 pub(super) fn number(parent: Ref, lane: usize) -> u32 {
     parent.granule() + 1 + lane as u32
 }
@@ -139,11 +139,13 @@ pub(super) fn number(parent: Ref, lane: usize) -> u32 {
 /// Operations of a box test: 6 fused products and sums, 6 minima and maxima.
 const FLOPS: u32 = 18;
 /// An eighth of a node.
-const BYTES: u32 = 32;
+const fn bytes<M: Form>() -> u32 {
+    M::NODE_GRANULES * GRANULE as u32 / WIDTH as u32
+}
 
 /// True if the ray meets the box of a child while that still matters.
 #[inline(always)]
-fn enters(
+fn enters<M: Form>(
     at: Ref,
     lane: usize,
     node: NodeRows<'_>,
@@ -167,7 +169,7 @@ fn enters(
             far,
             verdict,
             flops: FLOPS,
-            bytes: BYTES,
+            bytes: bytes::<M>(),
         });
     }
     hit
