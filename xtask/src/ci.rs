@@ -31,6 +31,11 @@ pub(crate) fn run(_: &[String]) -> Result<()> {
             "--lib",
         ],
     )?;
+    // In release, sums that overflow go on; users build with checks.
+    cargo(
+        "core with overflow checks",
+        &["test", "-p", "boxwood", "--tests"],
+    )?;
     let mut doc = command("cargo", &["doc", "--workspace", "--no-deps"]);
     doc.env("RUSTDOCFLAGS", "-D warnings");
     step("documentation", doc)?;
