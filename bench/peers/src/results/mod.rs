@@ -1,5 +1,6 @@
 //! RESULTS.md: what was aimed at and what was reached, scene by scene, with all that a reader needs to repeat it.
 
+mod beside;
 mod goals;
 
 use crate::{
@@ -50,6 +51,7 @@ impl Results<'_> {
             self.head(),
             self.goals(),
             self.scene_by_scene(),
+            beside::section(self.scenes),
             self.frames(),
             self.growth(),
             self.limits(),
