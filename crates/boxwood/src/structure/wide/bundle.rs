@@ -216,14 +216,17 @@ fn walk<S: Simd, M: Form, F: Floats<S>, A: Answers>(
         let mut left = hit.to_bitmask() as u32;
         let base = stack.len();
         while left != 0 {
-            let lane = left.trailing_zeros();
-            left &= left - 1;
+            let lane = 31 - left.leading_zeros();
+            left ^= 1 << lane;
             // Whatever the size of the tree: nothing else is in flight meanwhile.
             fetch::<M, true>(wide, rows.child(lane as usize));
-            stack.insert_descending(
-                base,
-                Waiting::new(enter[lane as usize & 7] as u32, node, lane, first).0,
-            );
+            let waiting = Waiting::new(enter[lane as usize & 7] as u32, node, lane, first);
+            if A::ANY {
+                // The largest is the likeliest to be in the way.
+                stack.push(waiting.0);
+            } else {
+                stack.insert_descending(base, waiting.0);
+            }
         }
         loop {
             let Some(waiting) = stack.pop() else { return };
