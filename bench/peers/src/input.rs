@@ -23,7 +23,7 @@ pub(crate) struct Input {
 pub(crate) fn camera(text: &str) -> Result<Camera, String> {
     let numbers: Option<Vec<f32>> = text
         .split(',')
-        .map(|part| part.trim().parse().ok())
+        .map(|part| part.trim().parse().ok().filter(|x: &f32| x.is_finite()))
         .collect();
     match numbers.as_deref() {
         Some(&[a, b, c, d, e, f, fov]) if (0.0..180.0).contains(&fov) && fov > 0.0 => Ok(Camera {

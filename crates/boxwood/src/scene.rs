@@ -336,7 +336,10 @@ fn gather_mesh(
     indices: &[[u32; 3]],
     triangles: &mut Vec<Triangle>,
 ) -> Result<(), BuildError> {
-    triangles.reserve(indices.len());
+    let bytes = indices.len().saturating_mul(size_of::<Triangle>());
+    triangles
+        .try_reserve(indices.len())
+        .map_err(|_| BuildError::OutOfMemory { bytes })?;
     for (triangle, corners) in indices.iter().enumerate() {
         match corners.map(|index| positions.get(index as usize).copied().ok_or(index)) {
             [Ok(a), Ok(b), Ok(c)] => triangles.push(Triangle([a, b, c])),

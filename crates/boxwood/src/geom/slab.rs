@@ -15,7 +15,11 @@
 //! empty for an accepted triangle. Filters pad by `32 u A'` with `A'` of the whole scene, hence `A' >= A`; that is at
 //! least `16 u A'` more than the definition, and covers the `4 u A'` by which each of the two may err. Both multiply by
 //! the same reciprocals, so these are no source of difference; folding the padding into the origin rounds relative to
-//! the origin's size and not to `A'`, which `padded` makes up for.
+//! the origin's size and not to `A'`, which the slack of [`SlabRay::new`] makes up for.
+//!
+//! The kernels of the wide tree have a third form, `plane * r + (-(o * r) -+ pad * |r|)` (`structure/wide/ray.rs`): two
+//! products and a sum rounded beforehand, each relative to at most `(|o| + pad) |r|`, and one fused product and sum relative to at
+//! most `A' |r|`. That is `4 u A' |r|` at most, as for the other forms, within the `16 u A' |r|` between filter and definition.
 
 use super::float::{max, min};
 use super::{Aabb, PreparedRay};

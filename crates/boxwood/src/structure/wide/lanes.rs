@@ -171,6 +171,19 @@ pub(super) fn leaf_test<S: Simd, M: Form>(
 }
 
 /// Where candidates are hit, as far as single precision can tell.
+///
+/// # Why the bounds hold
+///
+/// The corners are those of the exact test, bit for bit; what it makes of them in double precision is exact here, up to one
+/// rounding. Let `u = 2^-24`, `e` the three edge functions (all of one sign), `D` their sum, `z` the depths of the corners,
+/// `d = sum(e z) / D` and `size` the sum of the sizes of all six products.
+///
+/// * An edge, two products and a difference, errs by `2 u` of its products. With edges `e + h` instead of `e` the depth changes by
+///   exactly `sum(h (z - d)) / (D + sum(h))`, and no `z` is farther from `d` than `spread`, the largest depth less the smallest:
+///   together `2 u size spread / |D|`. The factor 3 instead of 2 covers the rounding of this bound itself.
+/// * All else rounds relative to `far`, the largest depth by size: the sum of three products 3 times, `D` twice, its reciprocal,
+///   the product with it, and `t` from depth once each, its factor and the exact test's own end once each: `10 u`, for which 14 stands.
+/// * Underflow: [`LOST`] and [`NEAREST`].
 pub(super) struct Depths<F> {
     pub(super) lower: F,
     pub(super) upper: F,
