@@ -51,6 +51,6 @@ pub use machine::{Machine, short_size};
 pub use probe::{Peak, Probe};
 pub use race::{Heat, Lane, Plan, Step, race};
 pub use rays::{Question, RaySet, outside, ray_sets, sample};
-pub use report::{Cell, Report, Row, SCHEMA, SceneInfo, rows};
+pub use report::{Cell, Report, Row, SCHEMA, SceneInfo, rows, rows_while};
 pub use rounds::{Rounds, Task, interleaved};
 pub use statistics::{geometric_mean, median, spread};
