@@ -82,15 +82,10 @@ impl Rounds {
     }
 }
 
-/// How long each task takes: the median over `rounds`. Turns shorter than a time slice of the system, some milliseconds, are
-/// the steadiest.
-pub fn interleaved(rounds: usize, tasks: &mut [Task<'_>]) -> Vec<Duration> {
-    let rounds = Rounds::run(
-        Clock::Wall,
-        rounds,
-        tasks,
-        &mut || ControlFlow::Continue(()),
-    );
+/// How long each task takes by `clock`: the median over `rounds`. Turns shorter than a time slice of the system, some
+/// milliseconds, are the steadiest.
+pub fn interleaved(clock: Clock, rounds: usize, tasks: &mut [Task<'_>]) -> Vec<Duration> {
+    let rounds = Rounds::run(clock, rounds, tasks, &mut || ControlFlow::Continue(()));
     (0..tasks.len())
         .map(|task| Duration::from_secs_f64(rounds.median(task)))
         .collect()
@@ -109,7 +104,7 @@ mod tests {
             Box::new(|round| note('a', round)),
             Box::new(|round| note('b', round)),
         ];
-        assert_eq!(interleaved(3, &mut tasks).len(), 2);
+        assert_eq!(interleaved(Clock::Wall, 3, &mut tasks).len(), 2);
         drop(tasks);
         assert_eq!(order.into_inner(), "a0 b0 b1 a1 a2 b2 ");
     }
