@@ -188,6 +188,11 @@ fn clock(pool: Option<&ThreadPool>) -> Clock {
     }
 }
 
+/// A set of so few rays is asked whole, unless that takes several turns' time.
+const FEW: usize = 4096;
+/// So many.
+const SEVERAL: f64 = 4.0;
+
 /// As many of the rays as fit a turn; none if it was ended.
 fn within(
     who: &dyn Contender,
@@ -208,6 +213,9 @@ fn within(
         // Short trials are dominated by cold caches: they only say that more can be tried.
         if time * 8 >= turn || asked == set.rays.len() {
             let fitting = asked as f64 * turn.as_secs_f64() / time.as_secs_f64();
+            if set.rays.len() <= FEW && set.rays.len() as f64 <= fitting * SEVERAL {
+                return Some(set.rays.clone());
+            }
             return Some(sample(&set.rays, (fitting as usize).max(64)));
         }
         count *= 4;
@@ -321,6 +329,20 @@ mod tests {
         assert_eq!(heat.lanes[0].rays, 6400);
         assert!(heat.lanes[1].rays <= 256, "{:?}", heat.lanes);
         assert!(heat.mrays(0) > 0.0 && heat.yardstick().0 > 0.0);
+    }
+
+    #[test]
+    fn a_set_of_few_rays_is_asked_whole() {
+        let plan = Plan {
+            turn: Duration::from_millis(4),
+            rounds: 1,
+            threads: 1,
+        };
+        let mut watch = |_: Step<'_>| ControlFlow::Continue(());
+        let heats = race(&slow(&[20_000, 200_000]), &[set(512)], &plan, &mut watch).unwrap();
+        let [whole, sample] = [0, 1].map(|lane: usize| heats[0].lanes[lane].rays);
+        assert_eq!(whole, 512, "10 of 4 ms");
+        assert!(sample < 512, "{sample}");
     }
 
     #[test]

@@ -102,9 +102,9 @@ pub struct Cell {
     pub yardstick_noise: f64,
     /// What a ray costs on average.
     pub work: Option<Work>,
-    /// Nanoseconds per ray on one thread that this machine cannot beat with that work.
+    /// Nanoseconds per ray on one thread that this machine needs for that work at least, by the estimate of [`floor`](mod@crate::floor).
     pub floor_ns: Option<f64>,
-    /// That by the nanoseconds that were needed: 1 is the limit.
+    /// That by the nanoseconds that were needed: 1 is the estimated limit, and above that the estimate is too high.
     pub of_floor: Option<f64>,
 }
 
