@@ -105,7 +105,9 @@ impl Trouble {
             }
             if let Some(measure) = cause.downcast_ref::<MeasureError>() {
                 let exit = match measure {
-                    MeasureError::Build(_) | MeasureError::Report { .. } => Exit::Input,
+                    MeasureError::Build(_)
+                    | MeasureError::NoTriangles
+                    | MeasureError::Report { .. } => Exit::Input,
                     _ => Exit::Usage,
                 };
                 return Self::with_remedy(error, exit);
