@@ -9,7 +9,7 @@ use serde::Serialize;
 
 use crate::{
     args::{SceneArgs, StructureArgs, Triangles},
-    output::{Exit, Output, counted, grouped, mebibytes, short},
+    output::{Exit, Output, coordinate, counted, grouped, short, size},
 };
 
 /// Show what a scene holds, and the shape of the structure over it.
@@ -271,7 +271,7 @@ impl Report {
 
 impl Bounds {
     fn text(&self) -> String {
-        let list = |[x, y, z]: [f32; 3]| format!("{x} {y} {z}");
+        let list = |corner: [f32; 3]| corner.map(coordinate).join(" ");
         format!("{} to {}", list(self.min), list(self.max))
     }
 }
@@ -301,7 +301,7 @@ impl Shape {
     }
 
     fn memory(&self) -> String {
-        let all = format!("{} MiB with the triangles", mebibytes(self.bytes));
+        let all = format!("{} with the triangles", size(self.bytes));
         match self.structures {
             1 => all,
             n => format!(
