@@ -18,6 +18,7 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use crate::{
     memory,
     output::{Output, Trouble, coordinate, counted, grouped},
+    warnings,
 };
 
 /// Sets the size of the pool that everything runs in.
@@ -162,7 +163,7 @@ fn asked_for(name: &str) -> Option<u64> {
 impl<M: Triangles> Loaded<M> {
     /// Passes the warnings of the loader on.
     fn warn(&self, out: &Output) {
-        for warning in &self.model.warnings {
+        for warning in warnings::shortened(&self.model.warnings) {
             out.warn(warning);
         }
         let meshes = self.mesh.meshes();

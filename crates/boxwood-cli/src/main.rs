@@ -15,6 +15,7 @@ mod output;
 mod progress;
 mod save;
 mod terminal;
+mod warnings;
 
 use std::process::ExitCode;
 

@@ -10,6 +10,7 @@ use serde::Serialize;
 use crate::{
     args::{SceneArgs, StructureArgs, Triangles},
     output::{Exit, Output, coordinate, counted, grouped, short, size},
+    warnings,
 };
 
 /// Show what a scene holds, and the shape of the structure over it.
@@ -257,9 +258,9 @@ impl Report {
         lines.push(("structure", self.structure.label.clone()));
         lines.extend(self.structure.lines());
         lines.extend(
-            self.warnings
-                .iter()
-                .map(|warning| ("warning", warning.clone())),
+            warnings::shortened(&self.warnings)
+                .into_iter()
+                .map(|warning| ("warning", warning)),
         );
         lines
             .iter()
