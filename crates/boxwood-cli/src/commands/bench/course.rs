@@ -71,26 +71,20 @@ impl<'a> Course<'a> {
         let build_rounds = if mesh.indices.len() > LARGE { 1 } else { 3 };
         // On one thread and on all.
         let ways = if self.plan.threads > 1 { 2 } else { 1 };
-        let builds_in_all = (entries.len() * build_rounds * ways) as u64;
-        let heats_in_all = (self.sets.len() * ways) as u64;
-        let bar = Progress::new(builds_in_all + heats_in_all, "steps");
-        let mut begun = 0;
+        let builds_in_all = entries.len() * build_rounds * ways;
+        let turns = turns_of_a_heat(entries.len(), self.plan.rounds);
+        let mut pace = Pace::new(builds_in_all, self.sets.len() * ways, turns);
         let (contenders, builds) =
             build_all(&entries, build_rounds, self.plan.threads, &mut |who| {
-                bar.set(begun);
-                begun += 1;
-                bar.say(format!("building {who}"));
+                pace.building(who);
                 go_on()
             })?;
-        let heats = race(&contenders, &self.sets, &self.plan, &mut |step: Step<
-            '_,
-        >| {
-            bar.set(builds_in_all + step.done as u64);
-            bar.say(format!("{} rays, threads: {}", step.set, step.threads));
+        let heats = race(&contenders, &self.sets, &self.plan, &mut |step| {
+            pace.racing(step);
             go_on()
         })?;
         let triangles = mesh.indices.len();
-        bar.say("counting and comparing");
+        pace.bar.say("counting and comparing");
         let mut rows = rows_while(
             &contenders,
             &builds,
@@ -141,6 +135,56 @@ impl<'a> Course<'a> {
         }
         Some(sum)
     }
+}
+
+/// How far the race has come. A build counts as a turn does, so that what is left can be told from both.
+struct Pace {
+    bar: Progress,
+    builds: u64,
+    builds_begun: u64,
+    /// Of a heat.
+    turns: u64,
+    /// The heat at work, and its turns so far.
+    heat: (usize, u64),
+}
+
+impl Pace {
+    fn new(builds: usize, heats: usize, turns: u64) -> Self {
+        let builds = builds as u64;
+        Self {
+            bar: Progress::new(builds + heats as u64 * turns, "turns"),
+            builds,
+            builds_begun: 0,
+            turns,
+            heat: (0, 0),
+        }
+    }
+
+    /// Before a build.
+    fn building(&mut self, who: &str) {
+        self.bar.set(self.builds_begun);
+        self.builds_begun += 1;
+        self.bar.say(format!("building {who}"));
+    }
+
+    /// Before a turn.
+    fn racing(&mut self, step: Step<'_>) {
+        let turn = match self.heat {
+            (heat, turn) if heat == step.done => turn + 1,
+            _ => 0,
+        };
+        self.heat = (step.done, turn);
+        let turns = step.done as u64 * self.turns + turn.min(self.turns);
+        self.bar.set(self.builds + turns);
+        self.bar
+            .say(format!("{} rays, threads: {}", step.set, step.threads));
+    }
+}
+
+/// About how many turns so many contenders have: some to find out how fast each is, one to warm up, the rounds.
+fn turns_of_a_heat(contenders: usize, rounds: usize) -> u64 {
+    let lanes = contenders * Mode::ALL.len();
+    (lanes * 4 + (lanes + 1) * rounds) as u64
 }
 
 /// As typed, without the program's own path.
