@@ -17,7 +17,8 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 
 use crate::{
     memory,
-    output::{Output, Trouble, counted, grouped},
+    output::{Output, Trouble, coordinate, counted, grouped},
+    warnings,
 };
 
 /// Sets the size of the pool that everything runs in.
@@ -162,7 +163,7 @@ fn asked_for(name: &str) -> Option<u64> {
 impl<M: Triangles> Loaded<M> {
     /// Passes the warnings of the loader on.
     fn warn(&self, out: &Output) {
-        for warning in &self.model.warnings {
+        for warning in warnings::shortened(&self.model.warnings) {
             out.warn(warning);
         }
         let meshes = self.mesh.meshes();
@@ -223,6 +224,10 @@ pub(crate) fn read_file(path: &Path) -> anyhow::Result<Vec<u8>> {
         std::fs::metadata(path).map_err(failed)?,
         Limits::default().max_file_bytes,
     );
+    if metadata.is_dir() {
+        let cause = format!("{name}: is a folder");
+        return Err(Trouble::input(cause, "name a file in it").into());
+    }
     if !metadata.is_file() {
         return Err(
             Trouble::input(format!("{name}: is not a regular file"), "pipe it into `-`").into(),
@@ -444,7 +449,7 @@ impl CameraArgs {
 
 /// A camera as it is typed.
 pub(crate) fn camera_flags(camera: &Camera) -> String {
-    let list = |[x, y, z]: [f32; 3]| format!("{x},{y},{z}");
+    let list = |point: [f32; 3]| point.map(coordinate).join(",");
     format!(
         "--vp {} --vi {} --vu {} --fov {}",
         list(camera.eye),

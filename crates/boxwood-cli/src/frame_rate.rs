@@ -9,7 +9,7 @@ use std::{
 use boxwood::{Hit, Ray, Scene};
 use boxwood_render::{FrameRays, Frames, Image, Surfaces, Tracer, View};
 
-use crate::measure::{Task, interleaved};
+use crate::measure::{Clock, Task, interleaved};
 
 /// Most frames of each structure.
 const MOST: u32 = 41;
@@ -62,7 +62,7 @@ pub(crate) fn frame_rates(
             frames.draw(*scene, view, &mut image);
         }));
     }
-    let medians = interleaved(rounds as usize, &mut tasks);
+    let medians = interleaved(Clock::Wall, rounds as usize, &mut tasks);
     let rates = medians.into_iter().zip(first);
     rates
         .map(|(frame, first)| FrameRate { frame, ..first })

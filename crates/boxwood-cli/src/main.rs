@@ -15,6 +15,7 @@ mod output;
 mod progress;
 mod save;
 mod terminal;
+mod warnings;
 
 use std::process::ExitCode;
 
@@ -27,7 +28,7 @@ use crate::{
 
 /// What does this ray hit? Exact ray queries over bounding volume hierarchies and grids.
 ///
-/// Without a command: a demonstration, ten seconds long.
+/// Without a command: a demonstration, about ten seconds long.
 #[derive(Debug, Parser)]
 #[command(name = "boxwood", version, after_help = AFTER_HELP, disable_help_subcommand = true, args_override_self = true)]
 pub(crate) struct Cli {

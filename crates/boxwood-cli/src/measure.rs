@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-pub(crate) use boxwood_measure::{Peak, Task, interleaved};
+pub(crate) use boxwood_measure::{Clock, Peak, Task, interleaved};
 
 /// Nanoseconds of one piece of work.
 pub(crate) fn nanoseconds(time: Duration, pieces: usize) -> f64 {

@@ -105,7 +105,9 @@ impl Trouble {
             }
             if let Some(measure) = cause.downcast_ref::<MeasureError>() {
                 let exit = match measure {
-                    MeasureError::Build(_) | MeasureError::Report { .. } => Exit::Input,
+                    MeasureError::Build(_)
+                    | MeasureError::NoTriangles
+                    | MeasureError::Report { .. } => Exit::Input,
                     _ => Exit::Usage,
                 };
                 return Self::with_remedy(error, exit);
@@ -312,7 +314,25 @@ pub(crate) fn short(number: f64) -> String {
     }
 }
 
-/// `12.3 MiB`.
+/// A number of a file as it is, but beyond ten millions and below a hundred-thousandth with an exponent: `0.25`, `-5e29`.
+pub(crate) fn coordinate(x: f32) -> String {
+    match x.abs() {
+        0.0 => "0".to_owned(),
+        size if (1e-5..1e7).contains(&size) => x.to_string(),
+        _ => format!("{x:e}"),
+    }
+}
+
+/// `12.3 MiB`, `4.56 KiB`, `789 bytes`.
+pub(crate) fn size(bytes: usize) -> String {
+    match bytes {
+        0..0x400 => counted(bytes, "byte"),
+        0x400..0x10_0000 => format!("{} KiB", short(bytes as f64 / 1024.0)),
+        _ => format!("{} MiB", mebibytes(bytes)),
+    }
+}
+
+/// `12.3`.
 pub(crate) fn mebibytes(bytes: usize) -> String {
     short(bytes as f64 / f64::from(1 << 20))
 }
@@ -347,6 +367,24 @@ mod tests {
             assert_eq!(short(number), text);
         }
         assert_eq!(short(f64::INFINITY), "inf");
+    }
+
+    #[test]
+    fn coordinates_and_sizes_have_few_digits() {
+        let cases = [
+            (0.0, "0"),
+            (-0.25, "-0.25"),
+            (-5e29, "-5e29"),
+            (1e-30, "1e-30"),
+        ];
+        for (x, text) in cases {
+            assert_eq!(coordinate(x), text);
+        }
+        assert_eq!(coordinate(1_234_567.0), "1234567");
+        assert_eq!(
+            [1, 789, 4670, 12_900_000].map(size),
+            ["1 byte", "789 bytes", "4.56 KiB", "12.3 MiB"]
+        );
     }
 
     #[test]

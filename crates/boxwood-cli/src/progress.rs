@@ -11,7 +11,7 @@ use std::{
     time::Duration,
 };
 
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
+use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 
 use crate::output::short;
 
@@ -30,13 +30,16 @@ impl Progress {
             };
         }
         let bar = ProgressBar::with_draw_target(Some(total), ProgressDrawTarget::stderr_with_hz(8));
-        let template =
-            format!("{{bar:30}} {{percent:>3}} %  {{rate}} {unit}/s, {{eta}} left  {{msg}}");
-        if let Ok(style) = ProgressStyle::with_template(&template) {
-            let rate = |state: &ProgressState, to: &mut dyn fmt::Write| {
-                let _ = to.write_str(&short(state.per_sec()));
+        if let Ok(style) = ProgressStyle::with_template("{bar:30} {percent:>3} %  {pace}{msg}") {
+            let unit = unit.to_owned();
+            let pace = move |state: &ProgressState, to: &mut dyn fmt::Write| {
+                // Before the first piece is done nobody knows.
+                if state.pos() > 0 {
+                    let (rate, left) = (short(state.per_sec()), HumanDuration(state.eta()));
+                    let _ = write!(to, "{rate} {unit}/s, {left:#} left  ");
+                }
             };
-            bar.set_style(style.with_key("rate", rate).progress_chars("=> "));
+            bar.set_style(style.with_key("pace", pace).progress_chars("=> "));
         }
         bar.enable_steady_tick(Duration::from_millis(250));
         Self { bar }

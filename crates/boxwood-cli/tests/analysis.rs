@@ -237,6 +237,13 @@ fn race_gives_the_same_answer_in_every_lane() {
 }
 
 #[test]
+fn race_has_as_many_random_rays_as_pixels() {
+    let answer = json(&["race", "builtin:bush?n=3000", "--size", "64x36"]);
+    let [camera, random] = ["camera_rays", "random_rays"].map(|field| number(&answer[field]));
+    assert_eq!([camera, random], [2304.0; 2]);
+}
+
+#[test]
 fn race_by_frames_draws_the_same_picture_in_every_lane() {
     let answer = json(&["race", "builtin:bush?n=3000", "--frames", "--size", "99x45"]);
     assert_eq!(answer["same_picture"], true);

@@ -2,9 +2,13 @@
 
 mod common;
 
-use std::fs;
+use std::{
+    fs,
+    process::{Command, Stdio},
+    time::{Duration, Instant},
+};
 
-use common::{expect, folder, json, text};
+use common::{command, expect, folder, is_under_nohup, json, text};
 use serde_json::Value;
 
 const QUICK: [&str; 8] = [
@@ -136,4 +140,39 @@ fn bench_refuses_what_it_cannot_compare_or_find() {
         error.contains("sees nothing") && error.contains("help: give another camera"),
         "{error}"
     );
+}
+
+#[cfg_attr(not(unix), ignore = "sends signals")]
+#[test]
+fn bench_ends_soon_after_ctrl_c() {
+    if is_under_nohup() {
+        return;
+    }
+    let folder = folder();
+    // Long enough to be built, much too short for a first round: brute force is among them.
+    let child = command(folder.path())
+        .args(["bench", "builtin:terrain?n=100000", "--only", "list,grid"])
+        .args(["--size", "512", "--rounds", "1000"])
+        .stderr(Stdio::piped())
+        .stdout(Stdio::piped())
+        .spawn()
+        .unwrap();
+    std::thread::sleep(Duration::from_secs(8));
+    let killed = Command::new("kill")
+        .args(["-INT", &child.id().to_string()])
+        .status();
+    assert!(
+        killed.is_ok_and(|status| status.success()),
+        "there is a `kill`"
+    );
+    let start = Instant::now();
+    let output = child.wait_with_output().unwrap();
+    if output.status.code().is_none() {
+        println!("the machine was too slow to begin");
+        return;
+    }
+    assert_eq!(output.status.code(), Some(4), "{}", text(&output.stderr));
+    // A second or two; a debug build on a busy machine takes its time, but not the minute and more of counting everything.
+    let time = start.elapsed();
+    assert!(time < Duration::from_secs(20), "{time:?}");
 }

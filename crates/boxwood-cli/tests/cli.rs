@@ -218,6 +218,30 @@ fn negative_numbers_are_told_their_range() {
 }
 
 #[test]
+fn scenes_without_triangles_are_refused_where_there_must_be_some() {
+    let folder = folder();
+    fs::write(folder.path().join("empty.obj"), "v 1 2 3\n").unwrap();
+    for name in ["render", "bench"] {
+        let said = text(&expect(folder.path(), &[name, "empty.obj"], 3).stderr);
+        let expected = "error: empty.obj: the scene has no triangles\nhelp: give one that has some";
+        assert!(said.contains(expected), "{name}: {said}");
+    }
+    let shape = text(&expect(folder.path(), &["inspect", "empty.obj"], 0).stdout);
+    assert!(shape.contains("bounds      empty"), "{shape}");
+}
+
+#[test]
+fn one_section_of_the_list_can_be_asked_for() {
+    let folder = folder();
+    let shown = text(&expect(folder.path(), &["list", "shadings"], 0).stdout);
+    assert!(shown.starts_with("Shadings (--shading)\n") && !shown.contains("Structures"));
+    let answer = json(folder.path(), &["list", "volumes"], 0);
+    assert!(answer["volumes"].is_array() && answer["shadings"].is_null());
+    let said = text(&expect(folder.path(), &["list", "colours"], 2).stderr);
+    assert!(said.contains("shadings"), "{said}");
+}
+
+#[test]
 fn scenes_at_the_end_of_the_numbers_are_shown_or_refused_in_plain_words() {
     let folder = folder();
     let at = folder.path();

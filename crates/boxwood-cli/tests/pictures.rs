@@ -8,7 +8,7 @@ use std::{
     process::{Command, Stdio},
 };
 
-use common::{SMALL, command, expect, folder, json, text};
+use common::{SMALL, command, expect, folder, is_under_nohup, json, text};
 use serde_json::Value;
 
 #[test]
@@ -317,22 +317,7 @@ fn a_crop_is_a_piece_of_the_whole_picture() {
     assert_eq!(size(&["--crop", "7,3,20,11"]), (Some(20), Some(11)));
 }
 
-/// Under `nohup`, which ignores hangups, the program leaves signals as they are.
-#[cfg(unix)]
-fn is_under_nohup() -> bool {
-    let status = fs::read_to_string("/proc/self/status").unwrap_or_default();
-    let ignored = status
-        .lines()
-        .find_map(|line| line.strip_prefix("SigIgn:"))
-        .and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok());
-    let is = ignored.is_some_and(|mask| mask & 1 == 1);
-    if is {
-        println!("skipped: under nohup signals end the program as ever");
-    }
-    is
-}
-
-#[cfg(unix)]
+#[cfg_attr(not(unix), ignore = "sends signals")]
 #[test]
 fn ctrl_c_saves_what_is_done_and_ends_with_4() {
     if is_under_nohup() {
@@ -380,7 +365,7 @@ fn ctrl_c_saves_what_is_done_and_ends_with_4() {
     }
 }
 
-#[cfg(unix)]
+#[cfg_attr(not(unix), ignore = "sends signals")]
 #[test]
 fn a_process_that_is_ended_while_it_writes_leaves_no_part_of_a_file() {
     if is_under_nohup() {

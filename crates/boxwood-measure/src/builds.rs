@@ -55,11 +55,14 @@ pub fn build_all(
     let mut times = vec![[Vec::new(), Vec::new()]; entries.len()];
     'rounds: for round in 0..rounds.max(1) {
         for (number, entry) in entries.iter().enumerate() {
+            if threads > 1 {
+                if watch(&entry.name).is_break() {
+                    break 'rounds;
+                }
+                times[number][1].push((entry.build)(threads)?.time.as_secs_f64() * 1e3);
+            }
             if watch(&entry.name).is_break() {
                 break 'rounds;
-            }
-            if threads > 1 {
-                times[number][1].push((entry.build)(threads)?.time.as_secs_f64() * 1e3);
             }
             let built = (entry.build)(1)?;
             times[number][0].push(built.time.as_secs_f64() * 1e3);
@@ -108,7 +111,7 @@ mod tests {
             ControlFlow::Continue(())
         };
         let (contenders, times) = build_all(&[entry("a"), entry("b")], 2, 2, &mut watch).unwrap();
-        assert_eq!(told, ["a", "b", "a", "b"]);
+        assert_eq!(told, ["a", "a", "b", "b", "a", "a", "b", "b"]);
         assert_eq!(contenders[1].name(), "b");
         let expected = BuildTimes {
             one_thread: 10.0,

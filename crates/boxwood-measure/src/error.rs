@@ -9,6 +9,9 @@ pub enum MeasureError {
     /// The scene could not be built.
     #[error(transparent)]
     Build(#[from] BuildError),
+    /// There is nothing to be hit.
+    #[error("the scene has no triangles; give one that has some")]
+    NoTriangles,
     /// No primary ray hits anything, so there is nothing to shade or to bounce from.
     #[error(
         "the camera sees nothing of the scene; give another camera, or none to look from outside"

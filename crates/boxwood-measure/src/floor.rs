@@ -1,8 +1,10 @@
-//! The floor: what a ray must cost on this machine, given the nodes and leaves that it visits.
+//! The floor: an estimate of what a ray must cost on this machine, given the nodes and leaves that it visits.
 //!
 //! A figure alone does not say whether there is more to win; as a part of the floor it does. The floor is a bound by
-//! arithmetic, by waiting and by memory, whichever is highest. It counts no bookkeeping and little of what branches cost, so that
-//! nobody reaches it: well-made batches come to a third or half of it.
+//! arithmetic, by waiting and by memory, whichever is highest. It counts no bookkeeping and little of what branches cost: well-made
+//! batches come to a third or half of it. It is no proof: it assumes what a core can do in a cycle, which part of the lines a cache
+//! misses, and how many lines of memory are fetched at once. Whoever fetches more of them than that, or finds more in the caches,
+//! comes out above 1, which says that the estimate is too high there.
 //!
 //! Costs are in clock cycles of a core with two 256-bit loads and two 256-bit products per cycle, as most have had since 2015
 //! (Fog, "Instruction tables", 2024); vectors of half the width take twice as long. One node test is of eight boxes, one leaf
@@ -69,7 +71,7 @@ pub struct How {
     pub coherent: bool,
 }
 
-/// Nanoseconds per ray on one thread that no program can beat that does this work; of `structure` bytes in memory.
+/// Nanoseconds per ray on one thread that a program must take for this work, by estimate; of `structure` bytes in memory.
 pub fn floor(work: &Work, structure: u64, how: How, probe: &Probe) -> f64 {
     let compute = probe.cycles(cycles(work, how) * 256.0 / f64::from(probe.vector_bits.min(256)));
     compute.max(memory(work, structure, how, probe))

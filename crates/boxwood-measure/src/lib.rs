@@ -3,7 +3,7 @@
 //! * [`ray_sets`]: five kinds of rays that pictures are made of, from the scene itself.
 //! * [`Contender`], [`race`]: structures, or other libraries, take turns on the same rays; medians count, and so does how far
 //!   the rounds lie apart ([`Rounds`]).
-//! * [`Machine`], [`Probe`], [`floor`]: what the machine is, what it can do at best, and which part of that is reached.
+//! * [`Machine`], [`Probe`], [`floor`]: what the machine is, what it can do at best by estimate, and which part of that is reached.
 //! * [`Report`]: all of it as one JSON object with a version, as one HTML page ([`html::page`]), and compared with an earlier
 //!   one ([`baseline::compare`]).
 //!
@@ -34,6 +34,7 @@ mod rays;
 mod report;
 mod rounds;
 mod statistics;
+mod summary;
 mod yardstick;
 
 pub mod agree;
@@ -51,6 +52,6 @@ pub use machine::{Machine, short_size};
 pub use probe::{Peak, Probe};
 pub use race::{Heat, Lane, Plan, Step, race};
 pub use rays::{Question, RaySet, outside, ray_sets, sample};
-pub use report::{Cell, Report, Row, SCHEMA, SceneInfo, rows};
+pub use report::{Cell, Report, Row, SCHEMA, SceneInfo, rows, rows_while};
 pub use rounds::{Rounds, Task, interleaved};
 pub use statistics::{geometric_mean, median, spread};

@@ -49,18 +49,34 @@ pub struct Lines {
 }
 
 impl Dots {
-    /// The SVG. The axis is logarithmic if the values differ much; values that are not positive are left out.
+    /// The SVG. The axis is logarithmic, and says so, if the values differ much; values that are not positive are left out.
     ///
     /// # Errors
     /// [`MeasureError::Plot`] in the words of the plotting library.
     pub fn svg(&self) -> Result<String, MeasureError> {
-        let values = self
-            .rows
-            .iter()
-            .flat_map(|(_, values)| values)
-            .flatten()
-            .copied();
-        let scale = Scale::around(values.chain(self.reference));
+        self.drawn(Scale::around(self.values()))
+    }
+
+    /// The SVGs of plots that stand side by side: if the axis of one must be logarithmic, so are all.
+    ///
+    /// # Errors
+    /// As [`Dots::svg`].
+    pub fn neighbours(plots: &[Self]) -> Result<Vec<String>, MeasureError> {
+        let scales = plots.iter().map(|plot| Scale::around(plot.values()));
+        let logarithmic = scales.flatten().any(|scale| scale.is_logarithmic());
+        let draw = |plot: &Self| match logarithmic {
+            true => plot.drawn(Scale::decades(plot.values())),
+            false => plot.svg(),
+        };
+        plots.iter().map(draw).collect()
+    }
+
+    fn values(&self) -> impl Iterator<Item = f64> {
+        let values = self.rows.iter().flat_map(|(_, values)| values).flatten();
+        values.copied().chain(self.reference)
+    }
+
+    fn drawn(&self, scale: Option<Scale>) -> Result<String, MeasureError> {
         let height = head_height(&self.series) + 60 + 20 * self.rows.len() as u32;
         draw(height, |area| {
             let body = head(area, &self.title, &self.series)?;
@@ -84,7 +100,7 @@ impl Dots {
             .bold_line_style(PALE)
             .light_line_style(TRANSPARENT)
             .axis_style(GREY)
-            .x_desc(&self.axis)
+            .x_desc(named(&self.axis, scale))
             .axis_desc_style((FONT, 14))
             .label_style((FONT, 13))
             .x_labels(12)
@@ -145,8 +161,8 @@ impl Lines {
             .bold_line_style(PALE)
             .light_line_style(TRANSPARENT)
             .axis_style(GREY)
-            .x_desc(&self.axes[0])
-            .y_desc(&self.axes[1])
+            .x_desc(named(&self.axes[0], x))
+            .y_desc(named(&self.axes[1], y))
             .axis_desc_style((FONT, 14))
             .label_style((FONT, 13))
             .x_labels(12)
@@ -166,6 +182,12 @@ impl Lines {
         }
         Ok(())
     }
+}
+
+/// What stands at an axis.
+fn named(axis: &str, scale: Scale) -> String {
+    let log = if scale.is_logarithmic() { " (log)" } else { "" };
+    format!("{axis}{log}")
 }
 
 /// An SVG of the usual width, drawn by `paint`.
@@ -271,6 +293,18 @@ mod tests {
         }
         // Two marks in the legend, two values; the NaN is left out.
         assert_eq!(svg.matches("<circle").count(), 4);
+    }
+
+    #[test]
+    fn neighbours_have_the_same_kind_of_axis() {
+        let [near, far] = [[2.0, 3.0], [2.0, 300.0]].map(dots);
+        let is_log = |svg: &String| svg.contains("Mray/s (log)");
+        let alone = [near.svg().unwrap(), far.svg().unwrap()];
+        assert_eq!(alone.each_ref().map(is_log), [false, true]);
+        let together = Dots::neighbours(&[near.clone(), far]).unwrap();
+        assert!(together.iter().all(is_log));
+        let calm = Dots::neighbours(&[near.clone(), near]).unwrap();
+        assert!(!calm.iter().any(is_log));
     }
 
     #[test]

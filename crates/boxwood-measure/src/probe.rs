@@ -1,14 +1,11 @@
-//! What this machine can do at best, found out in about a second.
+//! What this machine can do at best, found out in a second or two.
 
-use crate::{machine::Machine, rounds::interleaved};
+use crate::{clock::Clock, machine::Machine, rounds::interleaved};
 use serde::{Deserialize, Serialize};
-use std::{
-    hint::black_box,
-    time::{Duration, Instant},
-};
+use std::{hint::black_box, time::Duration};
 
-/// The constants of the floor model ([`crate::floor`]). Times are of one thread; whatever else runs on the machine at the time is
-/// in them.
+/// The constants of the floor model ([`crate::floor`]). Times are of one thread while it has a processor, the shortest of several
+/// tries; what others do to shared caches and to the clock is in them.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Probe {
     /// Nanoseconds of a clock cycle: half of an exclusive or and a sum that wait for each other.
@@ -39,9 +36,11 @@ const USUAL_CACHES: [u64; 3] = [32 << 10, 512 << 10, 8 << 20];
 pub(crate) const LINE: u64 = 64;
 /// Chains of loads that run at once.
 const CHAINS: usize = 8;
+/// Of each walk along them. Who shares the caches with us comes and goes.
+const TRIES: usize = 9;
 
 impl Probe {
-    /// Measures for about a second.
+    /// Measures for a second or two.
     pub fn measure(machine: &Machine) -> Self {
         let [l1, l2, l3] = [0, 1, 2].map(|k| machine.caches[k].unwrap_or(USUAL_CACHES[k]));
         // Well inside of a cache, but well outside of the one below it.
@@ -67,12 +66,12 @@ impl Probe {
     }
 }
 
-/// The shortest of several tries: what disturbs only makes things slower.
+/// The shortest of several tries, while this thread has a processor: what disturbs only makes things slower.
 fn shortest(tries: usize, mut work: impl FnMut()) -> f64 {
     let mut time = || {
-        let start = Instant::now();
+        let start = Clock::Thread.now();
         work();
-        start.elapsed().as_secs_f64()
+        (Clock::Thread.now() - start).as_secs_f64()
     };
     (0..tries).map(|_| time()).fold(f64::INFINITY, f64::min)
 }
@@ -80,7 +79,7 @@ fn shortest(tries: usize, mut work: impl FnMut()) -> f64 {
 fn cycle() -> f64 {
     const STEPS: usize = 1 << 20;
     let (a, b) = (black_box(0x5BD1_E995_u64), black_box(0x9E37_79B9_u64));
-    let time = shortest(16, || {
+    let time = shortest(32, || {
         let mut x = black_box(1_u64);
         for _ in 0..STEPS {
             // Each a cycle, and no two of them can be made one.
@@ -114,7 +113,7 @@ impl Chain {
         let steps = self.steps();
         let mut at = 0;
         self.walk(&mut [at], steps / 4);
-        let time = shortest(3, || {
+        let time = shortest(TRIES, || {
             let mut chain = [at];
             self.walk(&mut chain, steps);
             at = chain[0];
@@ -126,7 +125,7 @@ impl Chain {
     fn latency_at_once(&self) -> f64 {
         let steps = self.steps();
         let mut chains: [u32; CHAINS] = std::array::from_fn(|i| (i * self.0.len() / CHAINS) as u32);
-        let time = shortest(3, || self.walk(&mut chains, steps));
+        let time = shortest(TRIES, || self.walk(&mut chains, steps));
         time * 1e9 / (steps * CHAINS) as f64
     }
 
@@ -165,7 +164,7 @@ impl Peak {
     /// Measures for some hundredths of a second, on the threads of the caller's rayon pool.
     pub fn measure() -> Self {
         let threads = rayon::current_num_threads();
-        let together = rayon::broadcast(|_| each())
+        let together = rayon::broadcast(|_| each(Clock::Wall))
             .into_iter()
             .max()
             .unwrap_or_default();
@@ -177,12 +176,12 @@ impl Peak {
     }
 
     fn measure_one_thread() -> f64 {
-        rate(each(), 1)
+        rate(each(Clock::Thread), 1)
     }
 }
 
-fn each() -> Duration {
-    interleaved(15, &mut [Box::new(|_| multiply_and_add(ROUNDS))])[0]
+fn each(clock: Clock) -> Duration {
+    interleaved(clock, 15, &mut [Box::new(|_| multiply_and_add(ROUNDS))])[0]
 }
 
 fn rate(time: Duration, threads: usize) -> f64 {

@@ -95,8 +95,8 @@ pub struct Step<'a> {
     pub threads: usize,
 }
 
-/// Races. `watch` is told of each heat before it begins and may end the race between two rounds; the heats so far are the
-/// answer then. Each contender warms up before the first round. One thread is timed while it has a processor, several are timed by
+/// Races. `watch` is told of the heat at work before every turn and may end the race there; the heats so far, and the rounds of
+/// the last one that are whole, are the answer then. Each contender warms up before the first round. One thread is timed while it has a processor, several are timed by
 /// the clock on the wall.
 ///
 /// # Errors
@@ -123,7 +123,10 @@ pub fn race(
             if watch(step).is_break() {
                 return Ok(heats);
             }
-            let (lanes, rounds) = heat(contenders, set, plan, pool.as_ref(), &mut || watch(step));
+            let heat = heat(contenders, set, plan, pool.as_ref(), &mut || watch(step));
+            let Some((lanes, rounds)) = heat else {
+                return Ok(heats);
+            };
             heats.push(Heat {
                 set: number,
                 threads,
@@ -135,19 +138,19 @@ pub fn race(
     Ok(heats)
 }
 
-/// One set by all lanes, in turn.
+/// One set by all lanes, in turn; none if it was ended before a round was whole.
 fn heat(
     contenders: &[Box<dyn Contender>],
     set: &RaySet,
     plan: &Plan,
     pool: Option<&ThreadPool>,
     go_on: &mut dyn FnMut() -> ControlFlow<()>,
-) -> (Vec<Lane>, Rounds) {
+) -> Option<(Vec<Lane>, Rounds)> {
     let mut lanes = Vec::new();
     let mut runners = Vec::new();
     for (contender, who) in contenders.iter().enumerate() {
         for mode in Mode::ALL.into_iter().filter(|mode| who.has(*mode)) {
-            let rays = within(&**who, mode, set, plan.turn, pool);
+            let rays = within(&**who, mode, set, plan.turn, pool, go_on)?;
             lanes.push(Lane {
                 contender,
                 mode,
@@ -159,6 +162,9 @@ fn heat(
     let yardstick = Yardstick::new();
     let mut tasks: Vec<Task<'_>> = Vec::new();
     for runner in &mut runners {
+        if go_on().is_break() {
+            return None;
+        }
         // The pilot was too short to warm the caches for a whole turn.
         runner.run();
         tasks.push(Box::new(move |_| runner.run()));
@@ -168,14 +174,9 @@ fn heat(
         None => yardstick.walk(),
         Some(pool) => drop(pool.broadcast(|_| yardstick.walk())),
     }));
-    let clock = if pool.is_some() {
-        Clock::Wall
-    } else {
-        Clock::Thread
-    };
-    let rounds = Rounds::run(clock, plan.rounds, &mut tasks, go_on);
+    let rounds = Rounds::run(clock(pool), plan.rounds, &mut tasks, go_on);
     drop(tasks);
-    (lanes, rounds)
+    (!rounds.is_empty()).then_some((lanes, rounds))
 }
 
 /// A thread alone has a clock of its own.
@@ -187,17 +188,23 @@ fn clock(pool: Option<&ThreadPool>) -> Clock {
     }
 }
 
-/// As many of the rays as fit a turn.
+/// A set of so few rays is asked whole, unless that takes several turns' time.
+const FEW: usize = 4096;
+/// So many.
+const SEVERAL: f64 = 4.0;
+
+/// As many of the rays as fit a turn; none if it was ended.
 fn within(
     who: &dyn Contender,
     mode: Mode,
     set: &RaySet,
     turn: Duration,
     pool: Option<&ThreadPool>,
-) -> Vec<Ray> {
+    go_on: &mut dyn FnMut() -> ControlFlow<()>,
+) -> Option<Vec<Ray>> {
     let clock = clock(pool);
     let mut count = 64;
-    loop {
+    while go_on().is_continue() {
         let mut runner = Runner::new(who, mode, set.question, sample(&set.rays, count), pool);
         let start = clock.now();
         runner.run();
@@ -206,10 +213,14 @@ fn within(
         // Short trials are dominated by cold caches: they only say that more can be tried.
         if time * 8 >= turn || asked == set.rays.len() {
             let fitting = asked as f64 * turn.as_secs_f64() / time.as_secs_f64();
-            return sample(&set.rays, (fitting as usize).max(64));
+            if set.rays.len() <= FEW && set.rays.len() as f64 <= fitting * SEVERAL {
+                return Some(set.rays.clone());
+            }
+            return Some(sample(&set.rays, (fitting as usize).max(64)));
         }
         count *= 4;
     }
+    None
 }
 
 /// A lane with its answers.
@@ -321,6 +332,20 @@ mod tests {
     }
 
     #[test]
+    fn a_set_of_few_rays_is_asked_whole() {
+        let plan = Plan {
+            turn: Duration::from_millis(4),
+            rounds: 1,
+            threads: 1,
+        };
+        let mut watch = |_: Step<'_>| ControlFlow::Continue(());
+        let heats = race(&slow(&[20_000, 200_000]), &[set(512)], &plan, &mut watch).unwrap();
+        let [whole, sample] = [0, 1].map(|lane: usize| heats[0].lanes[lane].rays);
+        assert_eq!(whole, 512, "10 of 4 ms");
+        assert!(sample < 512, "{sample}");
+    }
+
+    #[test]
     fn speeds_are_of_rays_and_not_of_turns() {
         let lane = |contender, rays| Lane {
             contender,
@@ -340,6 +365,32 @@ mod tests {
         );
         assert_eq!(heat.lane(1, Mode::Single), Some(1));
         assert_eq!(heat.lane(1, Mode::Batch), None);
+    }
+
+    #[test]
+    fn a_race_ends_at_the_next_turn_wherever_it_is() {
+        let plan = Plan {
+            turn: Duration::from_micros(100),
+            rounds: 3,
+            threads: 1,
+        };
+        let turns_after = |end: usize| {
+            let mut asked = 0;
+            let mut watch = |_: Step<'_>| {
+                asked += 1;
+                match asked {
+                    turn if turn < end => ControlFlow::Continue(()),
+                    _ => ControlFlow::Break(()),
+                }
+            };
+            let heats = race(&slow(&[1, 1]), &[set(64)], &plan, &mut watch).unwrap();
+            (asked, heats.len())
+        };
+        // The beginning, two pilots, two turns to warm up, then rounds of two contenders and the yardstick.
+        for end in 1..=8 {
+            assert_eq!(turns_after(end), (end, 0));
+        }
+        assert_eq!(turns_after(9), (9, 1));
     }
 
     #[test]

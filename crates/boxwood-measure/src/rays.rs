@@ -45,12 +45,15 @@ const NEARBY: f32 = 0.1;
 /// rays, whatever the structure.
 ///
 /// # Errors
-/// [`MeasureError::SeesNothing`] if no primary ray hits.
+/// [`MeasureError::NoTriangles`] if the scene is empty, [`MeasureError::SeesNothing`] if no primary ray hits.
 pub fn ray_sets(
     scene: &Scene,
     camera: Option<Camera>,
     size: usize,
 ) -> Result<Vec<RaySet>, MeasureError> {
+    if scene.is_empty() {
+        return Err(MeasureError::NoTriangles);
+    }
     let size = size.max(1);
     let primary = primary(&camera.unwrap_or_else(|| outside(scene)), size);
     let points = Points::of(scene, &primary)?;

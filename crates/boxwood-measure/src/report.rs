@@ -12,7 +12,7 @@ use crate::{
     statistics::{median, spread},
 };
 use serde::{Deserialize, Serialize};
-use std::{collections::BTreeMap, time::SystemTime};
+use std::{collections::BTreeMap, ops::ControlFlow, time::SystemTime};
 
 /// Version of [`Report`]. New fields may come within a version; one that goes or changes its meaning makes a new one.
 pub const SCHEMA: u32 = 1;
@@ -102,9 +102,9 @@ pub struct Cell {
     pub yardstick_noise: f64,
     /// What a ray costs on average.
     pub work: Option<Work>,
-    /// Nanoseconds per ray on one thread that this machine cannot beat with that work.
+    /// Nanoseconds per ray on one thread that this machine needs for that work at least, by the estimate of [`floor`](mod@crate::floor).
     pub floor_ns: Option<f64>,
-    /// That by the nanoseconds that were needed: 1 is the limit.
+    /// That by the nanoseconds that were needed: 1 is the estimated limit, and above that the estimate is too high.
     pub of_floor: Option<f64>,
 }
 
@@ -220,19 +220,34 @@ pub fn rows(
     probe: &Probe,
     triangles: usize,
 ) -> Vec<Row> {
+    let go_on = || ControlFlow::Continue(());
+    rows_while(contenders, builds, sets, heats, probe, triangles, &go_on)
+}
+
+/// [`rows`], of which those that come after `go_on` has ended it have rates alone: no work was counted for them.
+pub fn rows_while(
+    contenders: &[Box<dyn Contender>],
+    builds: &[BuildTimes],
+    sets: &[RaySet],
+    heats: &[Heat],
+    probe: &Probe,
+    triangles: usize,
+    go_on: &dyn Fn() -> ControlFlow<()>,
+) -> Vec<Row> {
     let row = |(number, build): (usize, &BuildTimes)| {
         let who = &contenders[number];
         let work: Vec<Option<Work>> = sets
             .iter()
             .map(|set| {
+                // Nothing was measured that it would explain.
+                let heat = heats.iter().find(|heat| sets[heat.set].name == set.name)?;
+                if go_on().is_break() {
+                    return None;
+                }
                 // Whoever is slow to answer is slow to count.
-                let asked = heats.iter().find(|heat| sets[heat.set].name == set.name);
-                let rays =
-                    asked.and_then(|heat| Some(heat.lanes[heat.lane(number, Mode::Single)?].rays));
-                who.work(
-                    set.question,
-                    &sample(&set.rays, rays.unwrap_or(COUNTED).min(COUNTED)),
-                )
+                let lane = |mode| Some(heat.lanes[heat.lane(number, mode)?].rays);
+                let rays = lane(Mode::Single).or(lane(Mode::Batch))?.min(COUNTED);
+                who.work(set.question, &sample(&set.rays, rays))
             })
             .collect();
         let structure = build.bytes.unwrap_or(0);
@@ -295,6 +310,12 @@ fn cells(
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
+    use crate::{race::Lane, rays::Question, rounds::Rounds};
+    use boxwood::{Hit, Ray};
+    use std::sync::{
+        Arc,
+        atomic::{AtomicUsize, Ordering},
+    };
 
     /// A report of two contenders and two sets, `factor` times as fast as usual.
     pub(crate) fn report(factor: f64) -> Report {
@@ -358,6 +379,63 @@ pub(crate) mod tests {
         assert_eq!(value["schema"], SCHEMA);
         assert_eq!(value["rows"][0]["single"]["random"], 1.5);
         assert_eq!(value["rows"][0]["batch"]["primary"], 4.0);
+    }
+
+    /// Says how many rays it was asked to count.
+    #[derive(Clone, Default)]
+    struct Counting(Arc<AtomicUsize>);
+
+    impl Contender for Counting {
+        fn name(&self) -> &str {
+            "counting"
+        }
+
+        fn has(&self, _: Mode) -> bool {
+            true
+        }
+
+        fn closest_hits(&self, _: Mode, _: &[Ray], _: &mut [Option<Hit>]) {}
+
+        fn occluded(&self, _: Mode, _: &[Ray], _: &mut [bool]) {}
+
+        fn work(&self, _: Question, rays: &[Ray]) -> Option<Work> {
+            self.0.fetch_add(rays.len(), Ordering::Relaxed);
+            Some(Work::default())
+        }
+    }
+
+    #[test]
+    fn no_work_is_counted_of_what_was_not_raced_or_after_the_end() {
+        let set = |name| RaySet {
+            name,
+            question: Question::Closest,
+            coherent: false,
+            rays: vec![Ray::new([0.0; 3], [1.0; 3]); 6400],
+        };
+        let sets = ["raced", "not raced"].map(set);
+        let heat = Heat {
+            set: 0,
+            threads: 1,
+            lanes: vec![Lane {
+                contender: 0,
+                mode: Mode::Single,
+                rays: 128,
+            }],
+            rounds: Rounds::of(vec![vec![1e-3], vec![1e-3]]),
+        };
+        let counted = |heats: &[Heat], flow: ControlFlow<()>| {
+            let counting = Counting::default();
+            let contenders: [Box<dyn Contender>; 1] = [Box::new(counting.clone())];
+            let probe = report(1.0).probe;
+            let builds = [BuildTimes::default()];
+            let go_on = || flow;
+            rows_while(&contenders, &builds, &sets, heats, &probe, 100, &go_on);
+            counting.0.load(Ordering::Relaxed)
+        };
+        let heats = [heat];
+        assert_eq!(counted(&[], ControlFlow::Continue(())), 0);
+        assert_eq!(counted(&heats, ControlFlow::Continue(())), 128);
+        assert_eq!(counted(&heats, ControlFlow::Break(())), 0);
     }
 
     #[test]

@@ -17,7 +17,8 @@ pub struct Rounds {
 }
 
 impl Rounds {
-    /// Runs `rounds` rounds, timed by `clock`, each beginning with another task, or fewer if `go_on` says so between two of them. At least one.
+    /// Runs `rounds` rounds, at least one, timed by `clock`, each beginning with another task. `go_on` is asked before every task
+    /// and may end it: a round that is not whole does not count, so that there may be none.
     pub fn run(
         clock: Clock,
         rounds: usize,
@@ -25,12 +26,13 @@ impl Rounds {
         go_on: &mut dyn FnMut() -> ControlFlow<()>,
     ) -> Self {
         let mut times = vec![Vec::with_capacity(rounds); tasks.len()];
-        for round in 0..rounds.max(1) {
-            if round > 0 && go_on().is_break() {
-                break;
-            }
+        'rounds: for round in 0..rounds.max(1) {
             // Whoever follows a neighbour that empties the caches does not always follow it first.
             for turn in 0..tasks.len() {
+                if go_on().is_break() {
+                    times.iter_mut().for_each(|times| times.truncate(round));
+                    break 'rounds;
+                }
                 let task = (turn + round) % tasks.len();
                 let start = clock.now();
                 tasks[task](round);
@@ -38,6 +40,11 @@ impl Rounds {
             }
         }
         Self { times }
+    }
+
+    /// Whether not even one round was whole.
+    pub fn is_empty(&self) -> bool {
+        self.times.first().is_none_or(Vec::is_empty)
     }
 
     /// From seconds, `times[task][round]`.
@@ -75,15 +82,10 @@ impl Rounds {
     }
 }
 
-/// How long each task takes: the median over `rounds`. Turns shorter than a time slice of the system, some milliseconds, are
-/// the steadiest.
-pub fn interleaved(rounds: usize, tasks: &mut [Task<'_>]) -> Vec<Duration> {
-    let rounds = Rounds::run(
-        Clock::Wall,
-        rounds,
-        tasks,
-        &mut || ControlFlow::Continue(()),
-    );
+/// How long each task takes by `clock`: the median over `rounds`. Turns shorter than a time slice of the system, some
+/// milliseconds, are the steadiest.
+pub fn interleaved(clock: Clock, rounds: usize, tasks: &mut [Task<'_>]) -> Vec<Duration> {
+    let rounds = Rounds::run(clock, rounds, tasks, &mut || ControlFlow::Continue(()));
     (0..tasks.len())
         .map(|task| Duration::from_secs_f64(rounds.median(task)))
         .collect()
@@ -102,16 +104,31 @@ mod tests {
             Box::new(|round| note('a', round)),
             Box::new(|round| note('b', round)),
         ];
-        assert_eq!(interleaved(3, &mut tasks).len(), 2);
+        assert_eq!(interleaved(Clock::Wall, 3, &mut tasks).len(), 2);
         drop(tasks);
         assert_eq!(order.into_inner(), "a0 b0 b1 a1 a2 b2 ");
     }
 
     #[test]
-    fn the_first_round_is_always_there() {
-        let mut tasks: [Task<'_>; 1] = [Box::new(|_| ())];
-        let rounds = Rounds::run(Clock::Thread, 9, &mut tasks, &mut || ControlFlow::Break(()));
-        assert_eq!(rounds.times[0].len(), 1);
+    fn a_round_that_is_not_whole_does_not_count() {
+        let whole_rounds = |turns: usize| {
+            let mut left = turns;
+            let mut go_on = || match left.checked_sub(1) {
+                None => ControlFlow::Break(()),
+                Some(fewer) => {
+                    left = fewer;
+                    ControlFlow::Continue(())
+                }
+            };
+            let mut tasks: [Task<'_>; 2] = [Box::new(|_| ()), Box::new(|_| ())];
+            let rounds = Rounds::run(Clock::Thread, 9, &mut tasks, &mut go_on);
+            assert_eq!(rounds.is_empty(), turns < 2);
+            [rounds.times[0].len(), rounds.times[1].len()]
+        };
+        assert_eq!(
+            [0, 1, 2, 5].map(whole_rounds),
+            [[0, 0], [0, 0], [1, 1], [2, 2]]
+        );
     }
 
     #[test]

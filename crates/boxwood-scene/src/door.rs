@@ -132,6 +132,9 @@ impl Door {
         let cannot = |error: std::io::Error| format!("cannot be read: {error}");
         // The kind is looked at before opening, since opening a FIFO waits for its writer.
         let metadata = path.metadata().map_err(cannot)?;
+        if metadata.is_dir() {
+            return Err("is a folder: name a file in it".to_owned());
+        }
         if !metadata.is_file() {
             return Err("is not a regular file".to_owned());
         }

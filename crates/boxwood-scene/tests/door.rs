@@ -155,12 +155,13 @@ fn links_may_not_lead_out_and_devices_are_not_opened() {
     }
     // `up` leads out of the folder and back in again, so the file is one beside the scene after all.
     assert_eq!(door.beside("up/scene/sub/c.bin").unwrap(), b"below");
-    for path in [Path::new("/dev/zero"), &fifo, &scene] {
-        assert!(
-            load(path).unwrap_err().to_string().contains("regular file"),
-            "{}",
-            path.display()
-        );
+    for (path, cause) in [
+        (Path::new("/dev/zero"), "is not a regular file"),
+        (&fifo, "is not a regular file"),
+        (&scene, "is a folder: name a file in it"),
+    ] {
+        let error = load(path).unwrap_err().to_string();
+        assert!(error.contains(cause), "{}: {error}", path.display());
     }
 }
 

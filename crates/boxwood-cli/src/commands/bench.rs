@@ -24,9 +24,9 @@ use crate::{
 /// Measure every structure and builder: five kinds of rays, single and in batches, on one thread and on all.
 ///
 /// The rays are those that pictures are made of: primary rays, shadow rays, ambient occlusion, a diffuse bounce, random
-/// lines. All contenders take turns on the same rays; medians count, and so does how far the rounds lie apart. Beside each
-/// rate stands which part of this machine's limit it is, given the nodes and leaves that the rays visit. Who is slow gets a
-/// sample of the rays, marked `est.`
+/// lines. All contenders take turns on the same rays; medians count, and so does how far the rounds lie apart. A second
+/// table says which part of an estimated limit each rate is: what the nodes and leaves that the rays visit must cost on this
+/// machine. Who is slow gets a sample of the rays, marked `est.`; `~` marks what varied by more than 20 %.
 ///
 /// With --baseline the figures are compared with those of an earlier run, and what got worse by more than noise is named
 /// (after a second look). Exit code 1 then, or if two structures do not give the same bits. Ctrl-C keeps what is measured.
@@ -159,12 +159,14 @@ fn read_baseline(name: &str) -> anyhow::Result<(&str, Report)> {
 fn page(report: &Report, comparison: Option<&Comparison>) -> Result<String, MeasureError> {
     let mut sections: Vec<_> = comparison.map(html::comparison).into_iter().collect();
     sections.extend(html::sections(report)?);
+    let mut lead = report.notices();
+    lead.push(table::heading(report));
+    lead.extend(report.verdict());
+    lead.extend(report.busy());
+    lead.push(format!("{}. {}", report.date, report.machine.line()));
     Ok(html::page(&Page {
         title: format!("boxwood bench {}", report.scene.name),
-        lead: vec![
-            table::heading(report),
-            format!("{}. {}", report.date, report.machine.line()),
-        ],
+        lead,
         sections,
     }))
 }

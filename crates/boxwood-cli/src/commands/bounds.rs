@@ -11,7 +11,7 @@ use serde::Serialize;
 use crate::{
     args::{self, CameraArgs, Loaded, SceneArgs},
     contest::{camera_rays, random_rays},
-    measure::{Task, interleaved, nanoseconds, on_one_thread},
+    measure::{Clock, Task, interleaved, nanoseconds, on_one_thread},
     output::{Exit, Output, Table, grouped, short},
 };
 
@@ -219,7 +219,7 @@ impl Bench {
                 black_box(volume.count_hits(rays_of(round)));
             }));
         }
-        let times = interleaved(ROUNDS, &mut tasks);
+        let times = interleaved(Clock::Thread, ROUNDS, &mut tasks);
         let ns: Vec<f64> = times
             .into_iter()
             .map(|time| nanoseconds(time, turn))
@@ -288,6 +288,7 @@ fn closest_hit_ns(scene: &Scene, rays: &[Ray], most: usize) -> f64 {
     let mut hits = vec![None; turn];
     nanoseconds(
         interleaved(
+            Clock::Thread,
             ROUNDS,
             &mut [Box::new(|round| {
                 scene.closest_hits(rays_of(round), &mut hits);

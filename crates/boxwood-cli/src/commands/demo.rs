@@ -1,4 +1,4 @@
-//! `boxwood demo`, and what `boxwood` does by itself: one scene traced four ways, with the bill.
+//! `boxwood demo`, and what `boxwood` does by itself: one scene traced five ways, with the bill.
 
 mod frame;
 
@@ -24,7 +24,7 @@ use crate::{
     terminal::{self, Show},
 };
 
-/// Trace 40,000 triangles four ways, with the bill; `boxwood` alone does this.
+/// Trace 40,000 triangles five ways, with the bill; `boxwood` alone does this.
 ///
 /// Writes boxwood.png and boxwood-heat.png into the current folder, and shows them if the terminal can show pictures.
 #[derive(Debug, Default, clap::Args)]
@@ -299,8 +299,9 @@ fn heat(grid: &Scene, tree: &Scene, loaded: &Loaded, size: [u32; 2]) -> anyhow::
             },
         )
     };
-    let high = |film: &Film| film.scale.map_or(0.0, |scale| scale.high);
-    let top = high(&film(grid, None)?).max(high(&film(tree, None)?));
+    // Up to the largest number of all: nothing is cut off at the bright end.
+    let most = |film: &Film| film.scale.map_or(0.0, |scale| scale.max);
+    let top = most(&film(grid, None)?).max(most(&film(tree, None)?));
     let image = |scene: &Scene, title| -> anyhow::Result<Image> {
         let mut film = film(scene, Some(top))?;
         film.scale = film.scale.map(|scale| Scale { title, ..scale });
@@ -308,7 +309,7 @@ fn heat(grid: &Scene, tree: &Scene, loaded: &Loaded, size: [u32; 2]) -> anyhow::
     };
     Ok(side_by_side(
         &image(grid, "grid: triangle tests")?,
-        &image(tree, "bvh2: triangle tests")?,
+        &image(tree, "wide: triangle tests")?,
     ))
 }
 

@@ -9,7 +9,8 @@ use serde::Serialize;
 
 use crate::{
     args::{SceneArgs, StructureArgs, Triangles},
-    output::{Exit, Output, counted, grouped, mebibytes, short},
+    output::{Exit, Output, coordinate, counted, grouped, short, size},
+    warnings,
 };
 
 /// Show what a scene holds, and the shape of the structure over it.
@@ -257,9 +258,9 @@ impl Report {
         lines.push(("structure", self.structure.label.clone()));
         lines.extend(self.structure.lines());
         lines.extend(
-            self.warnings
-                .iter()
-                .map(|warning| ("warning", warning.clone())),
+            warnings::shortened(&self.warnings)
+                .into_iter()
+                .map(|warning| ("warning", warning)),
         );
         lines
             .iter()
@@ -271,7 +272,7 @@ impl Report {
 
 impl Bounds {
     fn text(&self) -> String {
-        let list = |[x, y, z]: [f32; 3]| format!("{x} {y} {z}");
+        let list = |corner: [f32; 3]| corner.map(coordinate).join(" ");
         format!("{} to {}", list(self.min), list(self.max))
     }
 }
@@ -301,7 +302,7 @@ impl Shape {
     }
 
     fn memory(&self) -> String {
-        let all = format!("{} MiB with the triangles", mebibytes(self.bytes));
+        let all = format!("{} with the triangles", size(self.bytes));
         match self.structures {
             1 => all,
             n => format!(

@@ -2,7 +2,7 @@
 
 mod frames;
 
-use std::{hint::black_box, time::Duration};
+use std::time::Duration;
 
 use boxwood::{Counts, Hit, Ray, Scene};
 use boxwood_render::View;
@@ -12,17 +12,18 @@ use serde::Serialize;
 use crate::{
     args::{CameraArgs, Loaded, SceneArgs},
     contest::{Built, bounced_rays, camera_rays, contenders, random_rays, usual_contenders},
-    measure::{Task, interleaved, nanoseconds, on_one_thread},
+    measure::{Clock, Task, interleaved, nanoseconds, on_one_thread},
     output::{Exit, Output, Table, counted, grouped, mebibytes, short},
 };
 
 /// Race the structures: the same rays, the same answer, not the same time.
 ///
-/// A third of the rays goes through pixels of the picture, a third starts in random directions where those end (as shadows
-/// and bounces do), a third are random lines through the scene. Each structure answers all of them for the closest hit;
-/// building time, memory, tests per ray and time per ray are measured: one ray per call, and in batches of thousands. The
-/// structures take turns, and the times are medians. Brute force gets as many rays as it can do in a moment: its row is an
-/// estimate, marked `est.`
+/// Some rays go through pixels of the picture: a third of --rays, or every pixel. As many are random lines through the
+/// scene, and from each place that a pixel shows one starts in a random direction (as shadows and bounces do). Each
+/// structure answers all of them for the closest hit; building time, memory, tests per ray and time per ray are measured:
+/// one ray per call, and in batches of thousands. The structures take turns, and the times are medians: on one thread of
+/// the processor's time, so that a busy machine does not show. The answers are those of the timed turns themselves. Brute
+/// force gets as many rays as it can do in a moment: its row is an estimate, marked `est.`
 ///
 /// With --frames they draw pictures instead: a batch of camera rays for each tile, a shadow ray from each pixel that hits,
 /// flat shading, all threads. Each structure has its default options; brute force stays out.
@@ -37,7 +38,7 @@ Examples:
 pub(crate) struct Args {
     #[command(flatten)]
     scene: SceneArgs,
-    /// How many rays.
+    /// How many rays, at most.
     #[arg(long, value_name = "N", default_value_t = 300_000, allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(100..))]
     rays: u32,
     /// Race every structure, builder and volume.
@@ -168,7 +169,7 @@ impl Course {
         let third = count / 3;
         let camera = camera_rays(view, third);
         let bounced = bounced_rays(scene, &camera);
-        let random = random_rays(scene, third);
+        let random = random_rays(scene, camera.len());
         let kinds = [camera.len(), bounced.len(), random.len()];
         // In turn, so that the first rays are a fair sample of all.
         let longest = kinds.into_iter().max().unwrap_or(0);
@@ -210,14 +211,13 @@ fn race(
     out: &Output,
 ) -> anyhow::Result<Answer> {
     out.note("racing ...");
-    let counted: Vec<Work> = runners.iter().map(|runner| count(runner, course)).collect();
     let slow = on_one_thread(|| one_thread(runners, course))?;
     let fast = all_threads(runners, course);
-    let measured = counted.into_iter().zip(slow).zip(fast);
+    let laps = slow.into_iter().zip(fast);
     let structures: Vec<Row> = runners
         .iter()
-        .zip(measured)
-        .map(|(runner, ((work, slow), fast))| row(runner, course, work, slow, fast))
+        .zip(laps)
+        .map(|(runner, ([batch, single], fast))| row(runner, course, [batch, single, fast]))
         .collect();
     Ok(Answer {
         file: loaded.name.clone(),
@@ -233,9 +233,11 @@ fn race(
     })
 }
 
-fn row(runner: &Runner, course: &Course, work: Work, [batch, single]: [Lap; 2], fast: Lap) -> Row {
+fn row(runner: &Runner, course: &Course, laps: [Lap; 3]) -> Row {
     let Built { name, scene, time } = &runner.built;
     let rays = runner.rays(course);
+    let work = count(runner, course);
+    let [batch, single, fast] = laps;
     let per_ray = |sum: u64| sum as f64 / rays.max(1) as f64;
     Row {
         name: name.clone(),
@@ -243,47 +245,39 @@ fn row(runner: &Runner, course: &Course, work: Work, [batch, single]: [Lap; 2], 
         rays,
         build_ms: time.as_secs_f64() * 1e3,
         bytes: scene.stats().bytes,
-        nodes_per_ray: per_ray(work.counts.nodes),
-        box_tests_per_ray: per_ray(work.counts.boxes),
-        primitive_tests_per_ray: per_ray(work.counts.prims),
-        flops_per_ray: per_ray(work.counts.flops),
-        bytes_per_ray: per_ray(work.counts.bytes),
+        nodes_per_ray: per_ray(work.nodes),
+        box_tests_per_ray: per_ray(work.boxes),
+        primitive_tests_per_ray: per_ray(work.prims),
+        flops_per_ray: per_ray(work.flops),
+        bytes_per_ray: per_ray(work.bytes),
         ns_per_ray: nanoseconds(batch.time, batch.rays),
         single_ns_per_ray: nanoseconds(single.time, single.rays),
         mrays_per_second: 1e3 / nanoseconds(fast.time, fast.rays),
-        same_answer: work.same_answer,
+        same_answer: laps.iter().all(|lap| lap.same_answer),
     }
 }
 
-#[derive(Clone, Copy)]
-struct Work {
-    counts: Counts,
-    same_answer: bool,
-}
-
-/// The work, and whether the answers are right in every bit.
-fn count(runner: &Runner, course: &Course) -> Work {
+/// The work, by the watched walk: what it answers is not looked at, as it is not what was timed.
+fn count(runner: &Runner, course: &Course) -> Counts {
     let rays = &course.rays[..runner.rays(course)];
     let mut hits = vec![None; rays.len()];
-    let counts = runner.built.scene.closest_hits_counted(rays, &mut hits);
+    runner.built.scene.closest_hits_counted(rays, &mut hits)
+}
+
+/// Whether two lists of answers are the same in every bit.
+fn same(hits: &[Option<Hit>], answers: &[Option<Hit>]) -> bool {
     let bits = |hit: &Option<Hit>| {
         hit.map(|h| ([h.t, h.u, h.v].map(f32::to_bits), [h.prim, h.geom, h.inst]))
     };
-    let same_answer = hits
-        .iter()
-        .map(bits)
-        .eq(course.answers[..rays.len()].iter().map(bits));
-    Work {
-        counts,
-        same_answer,
-    }
+    hits.iter().map(bits).eq(answers.iter().map(bits))
 }
 
-/// The time of a turn, and its rays.
+/// The time of a turn, its rays, and whether the answers of all turns were right.
 #[derive(Clone, Copy)]
 struct Lap {
     time: Duration,
     rays: usize,
+    same_answer: bool,
 }
 
 /// As a batch, and one ray per call. In each turn the structures are asked about the same rays, brute force about the first
@@ -291,54 +285,88 @@ struct Lap {
 fn one_thread(runners: &[Runner], course: &Course) -> Vec<[Lap; 2]> {
     let turn_of = |runner: &Runner| (runner.rays(course).min(ONE_THREAD_RAYS) / TURNS).max(1);
     let stride = course.rays.len() / TURNS;
-    let rays = |runner: &Runner, round: usize| &course.rays[round * stride..][..turn_of(runner)];
+    let part = |round: usize, turn: usize| round * stride..round * stride + turn;
+    // Of every turn, to be compared when the race is over.
+    let no_hits = |runner: &Runner| vec![None; turn_of(runner) * TURNS];
+    let mut answers: [Vec<Vec<Option<Hit>>>; 2] =
+        [(); 2].map(|()| runners.iter().map(no_hits).collect());
+    let [batch, single] = &mut answers;
     let mut tasks: Vec<Task<'_>> = Vec::new();
-    for runner in runners {
-        let mut hits = vec![None; turn_of(runner)];
+    for (runner, hits) in runners.iter().zip(batch) {
+        let turn = turn_of(runner);
         tasks.push(Box::new(move |round| {
-            let rays = rays(runner, round);
-            runner.built.scene.closest_hits(rays, &mut hits);
+            let (rays, hits) = (
+                &course.rays[part(round, turn)],
+                &mut hits[round * turn..][..turn],
+            );
+            runner.built.scene.closest_hits(rays, hits);
         }));
     }
-    for runner in runners {
+    for (runner, hits) in runners.iter().zip(single) {
+        let turn = turn_of(runner);
         tasks.push(Box::new(move |round| {
-            for ray in rays(runner, round) {
-                black_box(runner.built.scene.closest_hit(ray));
+            let (rays, hits) = (
+                &course.rays[part(round, turn)],
+                &mut hits[round * turn..][..turn],
+            );
+            for (ray, hit) in rays.iter().zip(hits) {
+                *hit = runner.built.scene.closest_hit(ray);
             }
         }));
     }
-    let times = interleaved(TURNS, &mut tasks);
-    let (batches, singles) = times.split_at(runners.len());
-    let lap = |runner, time: &Duration| Lap {
-        time: *time,
-        rays: turn_of(runner),
+    let times = interleaved(Clock::Thread, TURNS, &mut tasks);
+    drop(tasks);
+    let lap = |way: usize, number: usize| {
+        let turn = turn_of(&runners[number]);
+        let turns = answers[way][number].chunks(turn).enumerate();
+        Lap {
+            time: times[way * runners.len() + number],
+            rays: turn,
+            same_answer: turns.fold(true, |all, (round, hits)| {
+                all && same(hits, &course.answers[part(round, turn)])
+            }),
+        }
     };
-    let laps = runners.iter().zip(batches.iter().zip(singles));
-    laps.map(|(runner, (batch, single))| [lap(runner, batch), lap(runner, single)])
-        .collect()
+    let laps = |number| [lap(0, number), lap(1, number)];
+    (0..runners.len()).map(laps).collect()
 }
 
-/// In pieces small enough to keep every thread busy, also with the few rays of brute force.
+/// In pieces small enough to keep every thread busy, also with the few rays of brute force. Between the laps the answers are
+/// compared and wiped out.
 fn all_threads(runners: &[Runner], course: &Course) -> Vec<Lap> {
-    let mut tasks: Vec<Task<'_>> = Vec::new();
-    for runner in runners {
-        let rays = &course.rays[..runner.rays(course)];
-        let piece = (rays.len() / (8 * rayon::current_num_threads())).clamp(1, 1024);
-        let mut hits = vec![None; rays.len()];
-        tasks.push(Box::new(move |_| {
-            let pieces = rays.par_chunks(piece).zip(hits.par_chunks_mut(piece));
-            pieces.for_each(|(rays, hits)| runner.built.scene.closest_hits(rays, hits));
-        }));
+    let mut answers: Vec<Vec<Option<Hit>>> = runners
+        .iter()
+        .map(|runner| vec![None; runner.rays(course)])
+        .collect();
+    let mut times = vec![Vec::new(); runners.len()];
+    let mut right = vec![true; runners.len()];
+    for _ in 0..LAPS {
+        let mut tasks: Vec<Task<'_>> = Vec::new();
+        for (runner, hits) in runners.iter().zip(&mut answers) {
+            let rays = &course.rays[..hits.len()];
+            let piece = (rays.len() / (8 * rayon::current_num_threads())).clamp(1, 1024);
+            tasks.push(Box::new(move |_| {
+                let pieces = rays.par_chunks(piece).zip(hits.par_chunks_mut(piece));
+                pieces.for_each(|(rays, hits)| runner.built.scene.closest_hits(rays, hits));
+            }));
+        }
+        let lap = interleaved(Clock::Wall, 1, &mut tasks);
+        drop(tasks);
+        for (number, hits) in answers.iter_mut().enumerate() {
+            times[number].push(lap[number]);
+            right[number] &= same(hits, &course.answers[..hits.len()]);
+            hits.fill(None);
+        }
     }
-    let times = interleaved(LAPS, &mut tasks);
-    times
-        .into_iter()
-        .zip(runners)
-        .map(|(time, runner)| Lap {
-            time,
-            rays: runner.rays(course),
-        })
-        .collect()
+    let lap = |(number, times): (usize, &mut Vec<Duration>)| {
+        times.sort_unstable();
+        Lap {
+            time: times[LAPS / 2],
+            rays: answers[number].len(),
+            same_answer: right[number],
+        }
+    };
+    times.iter_mut().enumerate().map(lap).collect()
 }
 
 fn text(answer: &Answer) -> String {
@@ -386,12 +414,13 @@ fn text(answer: &Answer) -> String {
         ),
         String::new(),
         table.to_string(),
-        "\nns/ray: on one thread, one ray per call and in a batch; Mrays/s: batches on all threads"
+        "\nns/ray: processor time of one thread, one ray per call and in a batch; Mrays/s: batches on all threads, by the clock\n\
+         on the wall"
             .to_owned(),
     ];
     for row in answer.structures.iter().filter(|row| row.estimated) {
         lines.push(format!(
-            "\nest.: {} was asked about the first {} rays",
+            "est.: {} was asked about the first {} rays",
             row.name,
             grouped(row.rays as u64)
         ));

@@ -184,6 +184,10 @@ pub(crate) fn run(args: &Args, out: &Output) -> anyhow::Result<Exit> {
         .into());
     }
     let loaded = args.scene.load_folded(out)?;
+    if loaded.mesh.triangle_count() == 0 {
+        let cause = format!("{}: the scene has no triangles", loaded.name);
+        return Err(Trouble::input(cause, "give one that has some").into());
+    }
     let (scene, build_time) = args.structure.build_folded(&loaded.mesh)?;
     let view = args.camera.view(&scene, &loaded)?;
     let options = RenderOptions {

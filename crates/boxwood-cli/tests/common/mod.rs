@@ -54,3 +54,18 @@ pub(crate) fn json(folder: &Path, args: &[&str], code: i32) -> Value {
     serde_json::from_slice(&output.stdout)
         .unwrap_or_else(|e| panic!("{args:?}: {e}\n{}", text(&output.stdout)))
 }
+
+/// Under `nohup`, which ignores hangups, the program leaves signals as they are.
+#[allow(dead_code, reason = "not every test sends signals")]
+pub(crate) fn is_under_nohup() -> bool {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let ignored = status
+        .lines()
+        .find_map(|line| line.strip_prefix("SigIgn:"))
+        .and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok());
+    let is = ignored.is_some_and(|mask| mask & 1 == 1);
+    if is {
+        println!("skipped: under nohup signals end the program as ever");
+    }
+    is
+}

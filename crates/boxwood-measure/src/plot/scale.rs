@@ -33,6 +33,11 @@ impl Scale {
         })
     }
 
+    /// Whether a tenfold is as long anywhere.
+    pub(super) fn is_logarithmic(&self) -> bool {
+        self.logarithmic
+    }
+
     /// Lowest and highest number.
     pub(super) fn ends(&self) -> (f64, f64) {
         (self.low, self.high)

@@ -8,7 +8,7 @@ use boxwood_measure::{
     Asked, Built, Clock, Entry, Machine, MeasureError, Mode, Plan, Probe, RaySet, Report, Row,
     SceneInfo, Step,
     agree::{Agreement, agreement},
-    build_all, race, ray_sets, rows, with_threads,
+    build_all, race, ray_sets, rows_while, with_threads,
 };
 use boxwood_scene::{Camera, FlatMesh};
 
@@ -67,26 +67,35 @@ impl<'a> Course<'a> {
             true => ControlFlow::Break(()),
             false => ControlFlow::Continue(()),
         };
-        let heats_in_all = self.sets.len() * if self.plan.threads > 1 { 2 } else { 1 };
-        let bar = Progress::new(heats_in_all as u64, "sets");
         let entries: Vec<Entry<'_>> = chosen.iter().map(|c| entry(c, mesh)).collect();
         let build_rounds = if mesh.indices.len() > LARGE { 1 } else { 3 };
+        // On one thread and on all.
+        let ways = if self.plan.threads > 1 { 2 } else { 1 };
+        let builds_in_all = entries.len() * build_rounds * ways;
+        let turns = turns_of_a_heat(entries.len(), self.plan.rounds);
+        let mut pace = Pace::new(builds_in_all, self.sets.len() * ways, turns);
         let (contenders, builds) =
             build_all(&entries, build_rounds, self.plan.threads, &mut |who| {
-                bar.say(format!("building {who}"));
+                pace.building(who);
                 go_on()
             })?;
-        let heats = race(&contenders, &self.sets, &self.plan, &mut |step: Step<
-            '_,
-        >| {
-            bar.set(step.done as u64);
-            bar.say(format!("{} rays, threads: {}", step.set, step.threads));
+        let heats = race(&contenders, &self.sets, &self.plan, &mut |step| {
+            pace.racing(step);
             go_on()
         })?;
         let triangles = mesh.indices.len();
-        let mut rows = rows(&contenders, &builds, &self.sets, &heats, &probe, triangles);
+        pace.bar.say("counting and comparing");
+        let mut rows = rows_while(
+            &contenders,
+            &builds,
+            &self.sets,
+            &heats,
+            &probe,
+            triangles,
+            &go_on,
+        );
         for (row, who) in rows.iter_mut().zip(&contenders) {
-            row.agreement = Some(self.agreement(&**who, row));
+            row.agreement = self.agreement(&**who, row, &go_on);
         }
         let scene = SceneInfo {
             name: self.loaded.name.clone(),
@@ -103,23 +112,79 @@ impl<'a> Course<'a> {
         })
     }
 
-    /// Whether the answers are right, over as many rays as the contender can do in a moment.
-    fn agreement(&self, who: &dyn boxwood_measure::Contender, row: &Row) -> Agreement {
-        let of_way = |mode: Mode| {
-            self.sets.iter().filter_map(move |set| {
-                let rays = row.cell(set.name, mode, 1)?.rays.min(COMPARED);
-                Some(agreement(
-                    (&self.judge, Mode::Single),
-                    (who, mode),
-                    set,
-                    rays,
-                    0.0,
-                ))
-            })
-        };
-        let agreements = Mode::ALL.into_iter().flat_map(of_way);
-        agreements.fold(Agreement::default(), Agreement::and)
+    /// Whether the answers are right, over as many rays as the contender can do in a moment; none if that was ended.
+    fn agreement(
+        &self,
+        who: &dyn boxwood_measure::Contender,
+        row: &Row,
+        go_on: &dyn Fn() -> ControlFlow<()>,
+    ) -> Option<Agreement> {
+        let mut sum = Agreement::default();
+        for mode in Mode::ALL {
+            for set in &self.sets {
+                if go_on().is_break() {
+                    return None;
+                }
+                let Some(cell) = row.cell(set.name, mode, 1) else {
+                    continue;
+                };
+                let rays = cell.rays.min(COMPARED);
+                let judge = (&self.judge as &dyn boxwood_measure::Contender, Mode::Single);
+                sum = sum.and(agreement(judge, (who, mode), set, rays, 0.0));
+            }
+        }
+        Some(sum)
     }
+}
+
+/// How far the race has come. A build counts as a turn does, so that what is left can be told from both.
+struct Pace {
+    bar: Progress,
+    builds: u64,
+    builds_begun: u64,
+    /// Of a heat.
+    turns: u64,
+    /// The heat at work, and its turns so far.
+    heat: (usize, u64),
+}
+
+impl Pace {
+    fn new(builds: usize, heats: usize, turns: u64) -> Self {
+        let builds = builds as u64;
+        Self {
+            bar: Progress::new(builds + heats as u64 * turns, "turns"),
+            builds,
+            builds_begun: 0,
+            turns,
+            heat: (0, 0),
+        }
+    }
+
+    /// Before a build.
+    fn building(&mut self, who: &str) {
+        self.bar.set(self.builds_begun);
+        self.builds_begun += 1;
+        self.bar.say(format!("building {who}"));
+    }
+
+    /// Before a turn.
+    fn racing(&mut self, step: Step<'_>) {
+        let turn = match self.heat {
+            (heat, turn) if heat == step.done => turn + 1,
+            _ => 0,
+        };
+        self.heat = (step.done, turn);
+        let turns = step.done as u64 * self.turns + turn.min(self.turns);
+        self.bar.set(self.builds + turns);
+        self.bar
+            .say(format!("{} rays, threads: {}", step.set, step.threads));
+    }
+}
+
+/// About how many turns so many contenders have: some to find out how fast each is, one to warm up, the rounds.
+fn turns_of_a_heat(contenders: usize, rounds: usize) -> u64 {
+    let lanes = contenders * Mode::ALL.len();
+    (lanes * 4 + (lanes + 1) * rounds) as u64
 }
 
 /// As typed, without the program's own path.

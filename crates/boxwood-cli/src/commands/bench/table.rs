@@ -11,34 +11,23 @@ use crate::output::{Table, counted, grouped, short};
 /// Scene, rays, rounds.
 pub(super) fn heading(report: &Report) -> String {
     let scene = &report.scene;
-    let (cells, all) = (
-        report.rows.iter().flat_map(|row| &row.cells),
-        scene.rays_per_set,
-    );
-    let estimates = if cells.into_iter().any(|cell| cell.rays < all) {
-        "; est.: over a sample of the rays"
-    } else {
-        ""
-    };
     format!(
-        "{}: {}, {} rays a set, {} rounds{estimates}",
+        "{}: {}, {} rays a set, {} rounds",
         scene.name,
         counted(scene.triangles, "triangle"),
-        grouped(all as u64),
+        grouped(scene.rays_per_set as u64),
         report.rounds,
     )
 }
 
-/// The tables, and the comparison.
+/// The tables, the comparison, the verdict.
 pub(super) fn text(report: &Report, comparison: Option<&Comparison>) -> String {
-    let mut parts = vec![
-        format!("{}\n{}", heading(report), report.machine.line()),
-        format!("Million rays per second:\n{}", rates(report)),
-        format!(
-            "Part of this machine's limit, one thread (1: it cannot be done faster with the same nodes and leaves):\n{}",
-            limits(report)
-        ),
-    ];
+    let mut parts = report.notices();
+    parts.push(format!("{}\n{}", heading(report), report.machine.line()));
+    parts.push(rates(report));
+    if report.cells().any(|cell| cell.of_floor.is_some()) {
+        parts.push(limits(report));
+    }
     let wrong: Vec<&str> = report
         .rows
         .iter()
@@ -48,27 +37,12 @@ pub(super) fn text(report: &Report, comparison: Option<&Comparison>) -> String {
     if !wrong.is_empty() {
         parts.push(format!("NOT THE SAME ANSWER: {}", wrong.join(", ")));
     }
-    if !report.machine.optimised {
-        parts.push("This is a debug build: the figures are worthless.".to_owned());
-    }
-    if !report.complete {
-        parts.push("Interrupted: what is missing was not measured.".to_owned());
-    }
     parts.extend(comparison.map(compared));
+    parts.extend(report.verdict());
     parts.join("\n\n")
 }
 
-/// The ways to ask that there are.
-fn ways(report: &Report) -> Vec<(Mode, usize)> {
-    let mut threads = vec![1, report.threads];
-    threads.dedup();
-    threads
-        .into_iter()
-        .flat_map(|threads| Mode::ALL.map(|mode| (mode, threads)))
-        .collect()
-}
-
-/// A line for each contender and way, a column for each set.
+/// A line for each contender and way, a column for each set of which there is a figure.
 fn lines<'a>(
     report: &'a Report,
     ways: &[(Mode, usize)],
@@ -76,17 +50,15 @@ fn lines<'a>(
     head: impl Fn(&Row, usize) -> Vec<String>,
     value: impl Fn(&'a Cell) -> String,
 ) -> Table {
-    let sets = &report.scene.sets;
-    let titles = titles.iter().map(|&title| title.to_owned());
-    let mut table = Table::new(titles.chain(sets.iter().cloned()));
+    let sets = report.measured_sets();
+    let mut table = Table::new(titles.iter().chain(&sets).copied());
     for row in &report.rows {
         for &(mode, threads) in ways {
             let cells: Vec<_> = sets
                 .iter()
                 .map(|set| row.cell(set, mode, threads))
                 .collect();
-            // Who was built, but not raced before the end, is there with that.
-            if cells.iter().any(Option::is_some) || row.cells.is_empty() {
+            if cells.iter().any(Option::is_some) {
                 let mut line = vec![row.name.clone(), format!("{} x{threads}", mode.name())];
                 line.extend(head(row, threads));
                 line.extend(
@@ -101,7 +73,10 @@ fn lines<'a>(
     table
 }
 
-fn rates(report: &Report) -> Table {
+fn rates(report: &Report) -> String {
+    if report.cells().next().is_none() {
+        return format!("Built, but not raced:\n{}", builds(report));
+    }
     let titles = ["structure", "asked", "build ms", "B/triangle"];
     let head = |row: &Row, threads| {
         let build = if threads == 1 {
@@ -113,23 +88,55 @@ fn rates(report: &Report) -> Table {
             .map(|x| x.map_or(String::new(), short))
             .to_vec()
     };
-    lines(report, &ways(report), &titles, head, |cell| {
+    let ways = report.measured_ways();
+    let table = lines(report, &ways, &titles, head, |cell| {
+        let unsteady = if cell.is_unsteady() { "~" } else { "" };
         let sampled = if cell.rays < report.scene.rays_per_set {
             " est."
         } else {
             ""
         };
-        format!("{}{sampled}", short(cell.mrays))
-    })
+        format!("{unsteady}{}{sampled}", short(cell.mrays))
+    });
+    let clocks = match report.threads {
+        1 => "x1: processor time of the thread".to_owned(),
+        many => format!("x1: processor time of the thread, x{many}: wall time"),
+    };
+    let mut lines = vec![
+        format!("Million rays per second ({clocks}):"),
+        table.to_string(),
+    ];
+    lines.extend(report.estimates());
+    lines.extend(report.busy());
+    lines.join("\n")
 }
 
-fn limits(report: &Report) -> Table {
+/// All that there is of a race that ended before its first round.
+fn builds(report: &Report) -> Table {
+    let mut table = Table::new(["structure", "build ms", "B/triangle"]);
+    for row in &report.rows {
+        let bytes = row.bytes_per_triangle.map_or(String::new(), short);
+        table.row([row.name.clone(), short(row.build_ms), bytes]);
+    }
+    table
+}
+
+fn limits(report: &Report) -> String {
     let ways = Mode::ALL.map(|mode| (mode, 1));
     let none = |_: &Row, _| Vec::new();
-    lines(report, &ways, &["structure", "asked"], none, |cell| {
+    let table = lines(report, &ways, &["structure", "asked"], none, |cell| {
         cell.of_floor
             .map_or(String::new(), |part| format!("{part:.2}"))
-    })
+    });
+    let mut lines = vec![
+        "Part of the estimated limit, one thread (1: what the nodes and leaves visited must cost here, by an estimate that assumes\n\
+         how many lines of memory are fetched at once):"
+            .to_owned(),
+        table.to_string(),
+    ];
+    let one_thread = report.cells().filter(|cell| cell.threads == 1);
+    lines.extend(Report::too_high(one_thread));
+    lines.join("\n")
 }
 
 /// What got worse and what got better.
