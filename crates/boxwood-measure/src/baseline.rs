@@ -2,7 +2,7 @@
 
 use crate::{
     error::MeasureError,
-    report::{Report, SCHEMA},
+    report::{Report, Row, SCHEMA},
 };
 use serde::Serialize;
 
@@ -84,8 +84,23 @@ pub fn read(file: &str, text: &str) -> Result<Report, MeasureError> {
         }
         None => return Err(refused("is not a report of measurements".to_owned())),
     }
-    serde_json::from_value(value)
-        .map_err(|error| refused(format!("is not a whole report: {error}")))
+    let report: Report = serde_json::from_value(value)
+        .map_err(|error| refused(format!("is not a whole report: {error}")))?;
+    match impossible(&report) {
+        Some(who) => Err(refused(format!(
+            "is not a whole report: a figure of {who} is not above 0"
+        ))),
+        None => Ok(report),
+    }
+}
+
+/// A contender with a rate or time that nothing can be compared with.
+fn impossible(report: &Report) -> Option<&str> {
+    let is_above_0 = |x: f64| x > 0.0 && x.is_finite();
+    let is_whole =
+        |row: &Row| is_above_0(row.build_ms) && row.cells.iter().all(|cell| is_above_0(cell.mrays));
+    let row = report.rows.iter().find(|row| !is_whole(row))?;
+    Some(&row.name)
 }
 
 /// Compares `now` with `before`, whose file's name is for the error. A change counts if it is larger than `tolerance` and than
@@ -273,6 +288,16 @@ mod tests {
         assert!(refusal("{}").starts_with("old.json: is not a report"));
         assert!(refusal(r#"{"schema": 99}"#).contains("has schema 99"));
         assert!(refusal(r#"{"schema": 1}"#).contains("is not a whole report"));
+        for rate in [-1.0, 0.0] {
+            let mut broken = report(1.0);
+            broken.rows[1].cells[0].mrays = rate;
+            let text = serde_json::to_string(&broken).unwrap();
+            assert!(
+                refusal(&text).contains("grid & co is not above 0"),
+                "{}",
+                refusal(&text)
+            );
+        }
         let mut other = report(1.0);
         other.scene.triangles = 7;
         let error = compare(&report(1.0), &other, "old.json", 0.05)

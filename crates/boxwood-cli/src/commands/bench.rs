@@ -179,7 +179,8 @@ fn chosen(args: &Args) -> anyhow::Result<Vec<Contender>> {
     }
     let matches = |name: &str, words: &str| {
         let has = |word| name.split(' ').any(|part| part == word);
-        words.split_whitespace().all(has)
+        let mut words = words.split_whitespace().peekable();
+        words.peek().is_some() && words.all(has)
     };
     if let Some(nobody) = args
         .only

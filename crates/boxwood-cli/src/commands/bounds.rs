@@ -29,8 +29,8 @@ Examples:
 pub(crate) struct Args {
     #[command(flatten)]
     scene: SceneArgs,
-    /// How many rays, of each kind.
-    #[arg(long, value_name = "N", default_value_t = 100_000, allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(1..))]
+    /// How many rays, of each kind, up to 10 million.
+    #[arg(long, value_name = "N", default_value_t = 100_000, allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(1..=10_000_000))]
     rays: u32,
     #[command(flatten)]
     camera: CameraArgs,

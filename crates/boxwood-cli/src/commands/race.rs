@@ -38,8 +38,8 @@ Examples:
 pub(crate) struct Args {
     #[command(flatten)]
     scene: SceneArgs,
-    /// How many rays, at most.
-    #[arg(long, value_name = "N", default_value_t = 300_000, allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(100..))]
+    /// How many rays, at most; up to 30 million.
+    #[arg(long, value_name = "N", default_value_t = 300_000, allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(100..=30_000_000))]
     rays: u32,
     /// Race every structure, builder and volume.
     #[arg(long)]
