@@ -122,8 +122,11 @@ fn meet<S: Simd, M: Form, F: Floats<S>, const SAME: bool>(
         F::splat(simd, origin[kz]),
     ];
     met.len = 0;
+    // Once for the leaf: to unpack it takes time in some forms.
+    let mut room = M::LEAF_ROOM;
+    let rows = rows(wide, leaf, axis, &mut room);
     for lane in 0..leaf.count() {
-        let corners = corners::<S, M, F>(simd, wide, leaf, lane, axis);
+        let corners = corners::<S, F>(simd, rows, lane);
         let [a, b, c] = if SAME {
             [
                 from(corners[0], origin),
@@ -161,19 +164,22 @@ fn from<S: Simd, F: Floats<S>>([x, y, z]: [F; 3], origin: [F; 3]) -> [F; 3] {
     [x - origin[0], y - origin[1], z - origin[2]]
 }
 
-/// The corners of a triangle in all lanes, coordinates in the order for rays of one main axis.
+/// The rows of a leaf, axes in the order for rays of one main axis.
 #[inline(always)]
-fn corners<S: Simd, M: Form, F: Floats<S>>(
-    simd: S,
-    wide: &Wide<M>,
+fn rows<'a, M: Form>(
+    wide: &'a Wide<M>,
     leaf: Ref,
-    lane: usize,
     axis: usize,
-) -> [[F; 3]; 3] {
-    let mut room = M::LEAF_ROOM;
-    let rows = wide.store.leaf(leaf, &mut room);
+    room: &'a mut M::LeafRoom,
+) -> [AxisRows<'a>; 3] {
+    let rows = wide.store.leaf(leaf, room);
     let [kx, ky, kz] = super::ray::AXES[axis];
-    let rows = [rows.axis(kx), rows.axis(ky), rows.axis(kz)];
+    [rows.axis(kx), rows.axis(ky), rows.axis(kz)]
+}
+
+/// The corners of a triangle in all lanes.
+#[inline(always)]
+fn corners<S: Simd, F: Floats<S>>(simd: S, rows: [AxisRows<'_>; 3], lane: usize) -> [[F; 3]; 3] {
     [
         corner(simd, rows, Third::A, lane),
         corner(simd, rows, Third::B, lane),
@@ -212,6 +218,8 @@ fn settle<S: Simd, M: Form, F: Floats<S>, A: Answers>(
         ..
     } = bundle;
     let mut any = false;
+    let mut room = M::LEAF_ROOM;
+    let rows = rows(wide, leaf, axis, &mut room);
     for of in met.items() {
         let packet = usize::from(of.packet);
         let target = Target {
@@ -225,7 +233,7 @@ fn settle<S: Simd, M: Form, F: Floats<S>, A: Answers>(
         if A::ANY && left == 0 {
             continue;
         }
-        let [a, b, c] = corners::<S, M, F>(simd, wide, leaf, target.lane, axis);
+        let [a, b, c] = corners::<S, F>(simd, rows, target.lane);
         let ray = columns.edges::<S, F>(simd, packet, axis);
         let depths = LeafTest::new(
             simd,
