@@ -109,7 +109,7 @@ pub(crate) struct NodeRows<'a> {
 }
 
 /// The row of a plane.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(transparent)]
 pub(crate) struct PlaneRow(u8);
 

@@ -25,6 +25,8 @@ mod packet;
 mod pending;
 mod prepare;
 mod ray;
+#[cfg(test)]
+mod same_numbers;
 mod single;
 mod slots;
 mod triangles;
