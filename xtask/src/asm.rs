@@ -85,13 +85,13 @@ const KERNELS: &[Kernel] = &[
         "bundle closest, node",
         BUNDLE_CLOSEST,
         Step::Node,
-        [5, 21, 25, 26],
+        [7, 21, 25, 26],
     ),
     kernel(
         "bundle occluded, node",
         BUNDLE_OCCLUDED,
         Step::Node,
-        [15, 18, 31, 24],
+        [14, 19, 24, 24],
     ),
 ];
 
