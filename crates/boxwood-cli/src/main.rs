@@ -10,7 +10,6 @@ mod contest;
 mod frame_rate;
 mod measure;
 mod memory;
-mod narrator;
 mod output;
 mod progress;
 mod save;

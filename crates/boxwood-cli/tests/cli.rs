@@ -54,7 +54,7 @@ fn every_command_prints_one_versioned_json_object() {
     let at = folder.path();
     let hill = "builtin:terrain?n=2000";
     expect(at, &["render", "builtin:cornell", SMALL, "-o", "a.png"], 0);
-    let lines: [&[&str]; 15] = [
+    let lines: [&[&str]; 16] = [
         &["demo", "--size", "64x36"],
         &["render", hill, SMALL, "-o", "hill.png"],
         &["inspect", hill],
@@ -65,6 +65,7 @@ fn every_command_prints_one_versioned_json_object() {
             "bench", hill, "--size", "16", "--rounds", "1", "--only", "grid",
         ],
         &["check", hill, "--rays", "200"],
+        &["build", hill],
         &["explain", hill, "--pixel", "24,13", SMALL],
         &["simplify", hill, "--triangles", "500", "-o", "hill.ply"],
         &["diff", "a.png", "a.png"],

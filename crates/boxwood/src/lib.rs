@@ -46,7 +46,9 @@ mod tables;
 #[cfg(test)]
 mod testing;
 
-pub use build::{AxisRule, BUILDERS, BuildOptions, Builder, PRESETS, Preset, Progress};
+pub use build::{
+    AxisRule, BUILDERS, BuildOptions, BuildStep, BuildWalk, Builder, PRESETS, Preset, Progress,
+};
 pub use error::BuildError;
 pub use geom::{Aabb, Affine, Hit, Interval, Obb, Ray, Sphere, Transform, Triangle};
 pub use query::{Counts, Query, Step, Walk};

@@ -9,6 +9,8 @@ pub trait Observer {
     fn ray(&mut self) {}
     /// A volume was tested, or a node was dropped without a test.
     fn volume(&mut self, _test: VolumeTest) {}
+    /// A node that the ray enters has its turn: what follows is inside it, up to the next turn.
+    fn turn(&mut self, _node: u32) {}
     /// A grid cell was entered.
     fn cell(&mut self, _visit: CellVisit) {}
     /// A primitive was tested.
@@ -39,6 +41,10 @@ impl<O: Observer + ?Sized> Observer for &mut O {
 
     fn volume(&mut self, test: VolumeTest) {
         (**self).volume(test);
+    }
+
+    fn turn(&mut self, node: u32) {
+        (**self).turn(node);
     }
 
     fn cell(&mut self, visit: CellVisit) {

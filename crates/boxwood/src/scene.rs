@@ -7,7 +7,7 @@ mod instance;
 pub use census::Census;
 pub use instance::{Instance, Placed};
 
-use crate::build::BuildOptions;
+use crate::build::{BuildOptions, BuildWalk};
 use crate::error::BuildError;
 use crate::geom::{Aabb, Hit, Ray, Sphere, Triangle};
 use crate::prims::{Custom, Geometry, Shapes, Spheres, Triangles};
@@ -176,6 +176,15 @@ impl Scene {
         walk
     }
 
+    /// How the structure came to be, or would from the primitives as they are now if it was refitted: every split, merge and
+    /// move with what was weighed, at most `limit` of them. It builds again, so it is for small scenes and lessons.
+    ///
+    /// # Errors
+    /// If the system has no memory for it, or [`BuildOptions::progress`] says to end.
+    pub fn explain_build(&self, limit: usize) -> Result<BuildWalk, BuildError> {
+        Structure::named(self.structure)?.explain_build(&self.geometry, &self.options, limit)
+    }
+
     /// The triangle of a hit; `None` if the scene is not of triangles or the mesh has no such number.
     pub fn triangle(&self, geom: u32, prim: u32) -> Option<Triangle> {
         let number = self.range(geom)?.nth(prim as usize)?;
@@ -243,6 +252,11 @@ impl Scene {
     /// What is shown and what is stored, with all that is inside instances.
     pub fn census(&self) -> Census {
         Census::of(self)
+    }
+
+    /// How it was built.
+    pub fn options(&self) -> &BuildOptions {
+        &self.options
     }
 
     /// The structure itself. Its hits count primitives through all meshes, with `geom` 0.

@@ -1,7 +1,7 @@
 //! The two tables that everything else loops over: structures and bounding volumes. (Builders have theirs in
 //! [`crate::build`].)
 
-use crate::build::BuildOptions;
+use crate::build::{BuildInput, BuildOptions, BuildWalk, LeafRule};
 use crate::error::BuildError;
 use crate::geom::{Aabb, Obb, Sphere};
 use crate::prims::{Geometry, with_primitives};
@@ -13,6 +13,7 @@ use crate::structure::{
 use crate::volume::{BoundingVolume, FittedVolume};
 
 type Build = fn(&Geometry, &BuildOptions) -> Result<Box<dyn Query>, BuildError>;
+type Explain = fn(&Geometry, &BuildOptions, usize) -> Result<BuildWalk, BuildError>;
 
 /// A structure in the table.
 #[derive(Clone, Copy)]
@@ -27,6 +28,7 @@ pub struct Structure {
     pub has_kernels: bool,
     volumes: &'static [Volume],
     build: Build,
+    explain: Explain,
 }
 
 /// Every structure. Add a line here.
@@ -34,6 +36,7 @@ pub const STRUCTURES: &[Structure] = &[
     Structure::of::<List>(
         "list",
         "brute force: every primitive for every ray; the oracle",
+        |_, _, _| Ok(BuildWalk::default()),
     ),
     Structure::over_volumes(
         "bounded",
@@ -57,6 +60,7 @@ pub const STRUCTURES: &[Structure] = &[
             Geometry::Custom(prims) => Indexed::<WideSlots<Full>, _>::boxed(prims, options),
             Geometry::Instances(prims) => Indexed::<WideSlots<Full>, _>::boxed(prims, options),
         },
+        explain: explain_rows_of_8,
     },
     Structure {
         name: "compact",
@@ -70,9 +74,39 @@ pub const STRUCTURES: &[Structure] = &[
             Geometry::Custom(prims) => Indexed::<WideSlots<Compact>, _>::boxed(prims, options),
             Geometry::Instances(prims) => Indexed::<WideSlots<Compact>, _>::boxed(prims, options),
         },
+        explain: explain_rows_of_8,
     },
-    Structure::of::<Grid>("grid", "uniform grid, walked cell by cell"),
+    Structure::of::<Grid>(
+        "grid",
+        "uniform grid, walked cell by cell",
+        |geometry, options, limit| Ok(Grid::explain(&geometry.boxes(), options, limit)),
+    ),
 ];
+
+/// The binary tree that a builder makes.
+fn explain_tree(
+    geometry: &Geometry,
+    options: &BuildOptions,
+    limit: usize,
+) -> Result<BuildWalk, BuildError> {
+    with_primitives!(geometry, prims => {
+        let boxes = geometry.boxes();
+        options.builder.explain(&BuildInput::new(prims, &boxes), options, limit)
+    })
+}
+
+/// The binary tree that is collapsed to eight wide.
+fn explain_rows_of_8(
+    geometry: &Geometry,
+    options: &BuildOptions,
+    limit: usize,
+) -> Result<BuildWalk, BuildError> {
+    with_primitives!(geometry, prims => {
+        let boxes = geometry.boxes();
+        let input = BuildInput::new(prims, &boxes).with_leaves(LeafRule::ROWS_OF_8);
+        options.builder.explain(&input, options, limit)
+    })
+}
 
 /// Every bounding volume. Add a line here.
 pub const VOLUMES: &[Volume] = &[
@@ -85,7 +119,7 @@ impl Structure {
     /// What [`Scene::new`](crate::Scene::new) builds.
     pub const DEFAULT: &'static str = "wide";
 
-    const fn of<A: Accel>(name: &'static str, about: &'static str) -> Self {
+    const fn of<A: Accel>(name: &'static str, about: &'static str, explain: Explain) -> Self {
         let build: Build = |geometry, options| with_primitives!(geometry, prims => Indexed::<A, _>::boxed(prims, options));
         Self {
             name,
@@ -94,6 +128,7 @@ impl Structure {
             has_kernels: false,
             volumes: &[],
             build,
+            explain,
         }
     }
 
@@ -105,6 +140,7 @@ impl Structure {
             has_kernels: false,
             volumes: VOLUMES,
             build,
+            explain: explain_tree,
         }
     }
 
@@ -148,6 +184,20 @@ impl Structure {
         options: &BuildOptions,
     ) -> Result<Box<dyn Query>, BuildError> {
         (self.build)(geometry, options)
+    }
+
+    /// How [`Structure::build`] comes to the binary tree under the structure, or to its grid: see
+    /// [`Builder::explain`](crate::Builder::explain).
+    ///
+    /// # Errors
+    /// As [`Structure::build`].
+    pub fn explain_build(
+        &self,
+        geometry: &Geometry,
+        options: &BuildOptions,
+        limit: usize,
+    ) -> Result<BuildWalk, BuildError> {
+        (self.explain)(geometry, options, limit)
     }
 }
 

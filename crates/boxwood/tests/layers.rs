@@ -27,6 +27,7 @@ const CRATES: &[(&str, &[&str])] = &[
     ("boxwood-scene", &["boxwood"]),
     ("boxwood-render", &["boxwood", "boxwood-scene"]),
     ("boxwood-measure", &["boxwood", "boxwood-scene"]),
+    ("boxwood-trace", &["boxwood"]),
     (
         "boxwood-cli",
         &[
@@ -34,6 +35,7 @@ const CRATES: &[(&str, &[&str])] = &[
             "boxwood-scene",
             "boxwood-render",
             "boxwood-measure",
+            "boxwood-trace",
         ],
     ),
 ];

@@ -1,12 +1,12 @@
 //! `boxwood explain`: how one ray finds its answer, step by step.
 
-use boxwood::{Counts, Hit, Ray, Scene, Walk};
+use boxwood::{Ray, Scene};
+use boxwood_trace::WalkTrace;
 use clap::ArgGroup;
 use serde::Serialize;
 
 use crate::{
     args::{CameraArgs, Loaded, SceneArgs, StructureArgs, numbers, whole},
-    narrator::{Line, Narrator},
     output::{Exit, Output, Trouble, grouped},
 };
 
@@ -14,7 +14,8 @@ use crate::{
 ///
 /// Indented by depth; siblings are tested together, and `in N` names the box they stand in. A triangle shows its three edge
 /// functions: all of one sign means that the line passes through it, and a zero is settled by a rule of ties, whose sign
-/// then stands beside it. `t a .. b` is where the ray is inside; it misses where a is above b.
+/// then stands beside it. `t a .. b` is where the ray is inside; it misses where a is above b. docs/trace.md describes the JSON,
+/// which also has the stack around each step.
 #[derive(Debug, clap::Args)]
 #[command(group(ArgGroup::new("which").required(true)), after_help = "\
 Examples:
@@ -50,38 +51,9 @@ fn pixel(text: &str) -> Result<[u32; 2], String> {
 #[derive(Serialize)]
 struct Answer {
     file: String,
-    structure: String,
     triangles: usize,
-    ray: RayAnswer,
-    steps: Vec<Line>,
-    hit: Option<HitAnswer>,
-    counts: CountsAnswer,
-}
-
-/// Numbers that are not finite are null.
-#[derive(Serialize)]
-struct RayAnswer {
-    origin: [f32; 3],
-    dir: [f32; 3],
-    t_min: f32,
-    t_max: f32,
-}
-
-#[derive(Serialize)]
-struct HitAnswer {
-    t: f32,
-    u: f32,
-    v: f32,
-    prim: u32,
-}
-
-#[derive(Serialize)]
-struct CountsAnswer {
-    nodes: u64,
-    box_tests: u64,
-    primitive_tests: u64,
-    flops: u64,
-    bytes: u64,
+    #[serde(flatten)]
+    trace: WalkTrace,
 }
 
 /// Walks and prints.
@@ -89,39 +61,15 @@ pub(crate) fn run(args: &Args, out: &Output) -> anyhow::Result<Exit> {
     let loaded = args.scene.load(out)?;
     let (scene, _) = args.structure.build(&loaded.mesh)?;
     let ray = ray(args, &scene, &loaded)?;
-    let Walk { steps, hit, counts } = scene.explain(&ray);
-    let Counts {
-        nodes,
-        boxes,
-        prims,
-        flops,
-        bytes,
-        ..
-    } = counts;
     let answer = Answer {
         file: loaded.name.clone(),
-        structure: args.structure.label(),
         triangles: scene.len(),
-        ray: RayAnswer {
-            origin: ray.origin,
-            dir: ray.dir,
-            t_min: ray.t_min,
-            t_max: ray.t_max,
-        },
-        steps: Narrator::new(&scene, &ray).narrate(&steps),
-        hit: hit.map(|Hit { t, u, v, prim, .. }| HitAnswer { t, u, v, prim }),
-        counts: CountsAnswer {
-            nodes,
-            box_tests: boxes,
-            primitive_tests: prims,
-            flops,
-            bytes,
-        },
+        trace: boxwood_trace::walk(&scene, &ray),
     };
     if out.is_json() {
         out.json(&answer)?;
     } else {
-        out.text(text(&answer, args.lines, ray.is_valid()))?;
+        out.text(text(&answer, args.lines))?;
     }
     Ok(Exit::Ok)
 }
@@ -148,73 +96,21 @@ fn ray(args: &Args, scene: &Scene, loaded: &Loaded) -> anyhow::Result<Ray> {
     Ok(view.pixel_ray(x, y))
 }
 
-fn text(answer: &Answer, limit: usize, is_valid: bool) -> String {
-    let RayAnswer {
-        origin,
-        dir,
-        t_min,
-        t_max,
-    } = &answer.ray;
-    let mut lines = vec![
-        format!(
-            "{}: {}, {} triangles",
-            answer.file,
-            answer.structure,
-            grouped(answer.triangles as u64)
-        ),
-        format!(
-            "ray from {} along {}, t in {t_min} .. {t_max}",
-            point(*origin),
-            point(*dir)
-        ),
-        String::new(),
-    ];
-    if !is_valid {
-        lines.push(
-            "this is no ray (no direction, or numbers out of range): it hits nothing\n".to_owned(),
-        );
-    }
-    let shown = if limit == 0 {
-        answer.steps.len()
-    } else {
-        limit
+fn text(answer: &Answer, lines: usize) -> String {
+    let Answer {
+        file,
+        triangles,
+        trace,
+    } = answer;
+    let limit = if lines == 0 { usize::MAX } else { lines };
+    let rest = match trace.steps.len() > limit {
+        true => "\n(--lines 0 prints all steps)",
+        false => "",
     };
-    lines.extend(
-        answer
-            .steps
-            .iter()
-            .take(shown)
-            .map(|line| format!("{}{}", "  ".repeat(line.depth as usize), line.step)),
-    );
-    if answer.steps.len() > shown {
-        let rest = grouped((answer.steps.len() - shown) as u64);
-        lines.push(format!("... and {rest} steps more (--lines 0 prints all)"));
-    }
-    lines.push(String::new());
-    lines.push(match &answer.hit {
-        Some(HitAnswer { t, u, v, prim }) => {
-            format!("hit: triangle {prim} at t = {t}, u = {u}, v = {v}")
-        }
-        None => "no hit".to_owned(),
-    });
-    let CountsAnswer {
-        nodes,
-        box_tests,
-        primitive_tests,
-        flops,
-        bytes,
-    } = &answer.counts;
-    lines.push(format!(
-        "{} box tests, {} boxes or cells entered; {} triangle tests; {} flop, {} bytes read",
-        grouped(*box_tests),
-        grouped(*nodes),
-        grouped(*primitive_tests),
-        grouped(*flops),
-        grouped(*bytes)
-    ));
-    lines.join("\n")
-}
-
-fn point(p: [f32; 3]) -> String {
-    format!("({})", p.map(|x| x.to_string()).join(", "))
+    let prims = grouped(*triangles as u64);
+    let walk = trace.text(limit);
+    format!(
+        "{file}: {}, {prims} triangles\n{walk}{rest}",
+        trace.structure
+    )
 }

@@ -2,6 +2,7 @@
 
 mod bench;
 mod bounds;
+mod build;
 mod check;
 mod completions;
 mod cost;
@@ -50,6 +51,7 @@ commands! {
     Race => race,
     Bench => bench,
     Check => check,
+    Build => build,
     Explain => explain,
     Simplify => simplify,
     Diff => diff,

@@ -6,7 +6,10 @@
 //! union is one `max`.
 
 mod bins;
+mod explain;
 mod partition;
+
+pub(super) use explain::explain;
 
 use super::fragment::{Fragment, Lanes, Scale, box_around, range_of_centers};
 use super::input::{LeafRule, Watch, filled, room};

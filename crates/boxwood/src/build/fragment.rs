@@ -151,7 +151,7 @@ impl Scale {
         bounds: &Lanes,
     ) -> Lanes {
         let mut side = self.range;
-        let at = self.lo[axis] + border as f32 / self.per_unit[axis];
+        let at = self.border(axis, border);
         if is_left {
             side.0[4 + axis] = at;
         } else {
@@ -161,6 +161,12 @@ impl Scale {
             *lane = lane.min(2.0 * bound);
         }
         side
+    }
+
+    /// The doubled coordinate of the face before a bin.
+    #[inline]
+    pub(super) fn border(&self, axis: usize, bin: usize) -> f32 {
+        self.lo[axis] + bin as f32 / self.per_unit[axis]
     }
 
     #[inline(always)]

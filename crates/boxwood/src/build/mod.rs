@@ -19,6 +19,7 @@ mod options;
 mod presplit;
 mod refined;
 mod reinsert;
+mod steps;
 mod sweep;
 mod top_down;
 mod topology;
@@ -26,6 +27,9 @@ mod topology;
 pub use collapse::{CollapseOptions, CollapseRule, LeafCost, WideTopology};
 pub use input::{BuildInput, LeafRule, Progress};
 pub use options::{AxisRule, BuildOptions, PRESETS, Preset};
+pub use steps::{
+    BuildStep, BuildWalk, Choice, CurvePlace, GridTry, MergeStep, NodeMove, Plane, SetStep, Why,
+};
 pub use topology::{Topology, TopologyNode};
 
 use crate::error::BuildError;
@@ -39,6 +43,8 @@ pub struct Builder {
     /// One line for `boxwood list`.
     pub about: &'static str,
     build: fn(&BuildInput<'_>, &BuildOptions) -> Result<Topology, BuildError>,
+    /// The same with its steps, as many as are wanted.
+    explain: fn(&BuildInput<'_>, &BuildOptions, usize) -> Result<BuildWalk, BuildError>,
     /// Bytes held at most while building over so many boxes, the result included.
     memory: fn(usize, &BuildOptions) -> usize,
 }
@@ -59,6 +65,7 @@ impl Builder {
         name: "median",
         about: "half of the primitives on each side of an axis",
         build: median::build,
+        explain: median::explain,
         memory: top_down::memory,
     };
     /// Half of the space on each side.
@@ -66,6 +73,7 @@ impl Builder {
         name: "midpoint",
         about: "half of the space on each side of an axis",
         build: midpoint::build,
+        explain: midpoint::explain,
         memory: top_down::memory,
     };
     /// Bottom-up: neighbours along a Morton curve are merged.
@@ -73,6 +81,7 @@ impl Builder {
         name: "morton",
         about: "neighbours along a Morton curve merged, smallest boxes first: fast",
         build: morton::build,
+        explain: morton::explain,
         memory: morton::memory,
     };
     /// Surface area heuristic over bins.
@@ -80,6 +89,7 @@ impl Builder {
         name: "binned",
         about: "surface area heuristic, centres sorted into bins",
         build: binned::build,
+        explain: binned::explain,
         memory: binned::memory,
     };
     /// [`Builder::BINNED`], then nodes are put where they cost least.
@@ -87,6 +97,7 @@ impl Builder {
         name: "refined",
         about: "binned, then nodes put where they cost least; slivers are split: slow, for many rays",
         build: refined::build,
+        explain: refined::explain,
         memory: refined::memory,
     };
     /// Surface area heuristic over all splits.
@@ -94,6 +105,7 @@ impl Builder {
         name: "sweep",
         about: "surface area heuristic, every split along every axis",
         build: sweep::build,
+        explain: sweep::explain,
         memory: top_down::memory,
     };
 
@@ -115,6 +127,21 @@ impl Builder {
         options: &BuildOptions,
     ) -> Result<Topology, BuildError> {
         (self.build)(input, options)
+    }
+
+    /// How [`Builder::build`] comes to its tree: every set, split, merge and move, with what was weighed. At most `limit`
+    /// steps are told. For small scenes and lessons: it takes several times as long as the build and, with large limits,
+    /// much more memory.
+    ///
+    /// # Errors
+    /// As [`Builder::build`].
+    pub fn explain(
+        &self,
+        input: &BuildInput<'_>,
+        options: &BuildOptions,
+        limit: usize,
+    ) -> Result<BuildWalk, BuildError> {
+        (self.explain)(input, options, limit)
     }
 
     /// How many bytes [`Builder::build`] holds at most over `count` boxes, the tree that it gives included.

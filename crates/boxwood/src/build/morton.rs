@@ -4,8 +4,11 @@
 //! again and again (Meister and Bittner, TVCG 2018). As in H-PLOC (Benthin et al. 2024) blocks of the curve are reduced to few
 //! clusters before they join, so that the work stays in the cache and runs on many threads.
 
+mod explain;
 mod merge;
 mod sort;
+
+pub(super) use explain::explain;
 
 use super::fragment::{Fragment, box_around};
 use super::input::{LeafRule, Watch, room};

@@ -1,6 +1,6 @@
 //! The slow build of the best trees: binned, with more of what improves it than by default.
 
-use super::{BuildInput, BuildOptions, Topology, binned};
+use super::{BuildInput, BuildOptions, BuildWalk, Topology, binned};
 use crate::error::BuildError;
 
 /// At least so much is spent, more if the options say so.
@@ -18,6 +18,14 @@ pub(super) fn build(
     options: &BuildOptions,
 ) -> Result<Topology, BuildError> {
     binned::build(input, &refined(options))
+}
+
+pub(super) fn explain(
+    input: &BuildInput<'_>,
+    options: &BuildOptions,
+    limit: usize,
+) -> Result<BuildWalk, BuildError> {
+    binned::explain(input, &refined(options), limit)
 }
 
 pub(super) fn memory(count: usize, options: &BuildOptions) -> usize {

@@ -9,7 +9,7 @@ use super::fragment::Lanes;
 use super::input::{Watch, filled, room};
 use super::measure::Measure;
 use super::top_down::PATIENCE;
-use super::{BuildOptions, Topology, TopologyNode};
+use super::{BuildOptions, NodeMove, Topology, TopologyNode};
 use crate::error::BuildError;
 use fearless_simd::{Simd, SimdBase, dispatch};
 use std::cmp::Reverse;
@@ -27,10 +27,20 @@ pub(super) fn optimize(
     options: &BuildOptions,
     watch: &Watch<'_>,
 ) -> Result<Topology, BuildError> {
+    optimize_told(tree, options, watch, &mut |_| {})
+}
+
+/// [`optimize`], telling of each move.
+pub(super) fn optimize_told(
+    tree: Topology,
+    options: &BuildOptions,
+    watch: &Watch<'_>,
+    tell: &mut dyn FnMut(NodeMove),
+) -> Result<Topology, BuildError> {
     if tree.nodes.len() < 5 || options.rounds == 0 {
         return Ok(tree);
     }
-    dispatch!(options.instructions.0, simd => improved(simd, tree, options, watch))
+    dispatch!(options.instructions.0, simd => improved(simd, tree, options, watch, tell))
 }
 
 fn improved<S: Simd>(
@@ -38,16 +48,24 @@ fn improved<S: Simd>(
     tree: Topology,
     options: &BuildOptions,
     watch: &Watch<'_>,
+    tell: &mut dyn FnMut(NodeMove),
 ) -> Result<Topology, BuildError> {
     let mut links = Links::new(simd, tree)?;
     let total: f32 = links.search.iter().map(|node| node.0[AREA]).sum();
     let count = (links.parents.len() as f64 * f64::from(options.round_share)) as usize;
-    for _ in 0..options.rounds {
+    for round in 0..options.rounds {
         let mut gain = 0.0;
         let candidates = links.largest(count)?;
         for batch in candidates.chunks(BATCH) {
             watch.advance(0)?;
-            gain += links.improve(batch)?;
+            gain += links.improve(batch, &mut |Move { node, to, gain }| {
+                tell(NodeMove {
+                    round,
+                    node,
+                    to,
+                    gain,
+                });
+            })?;
         }
         if gain < ENOUGH * total {
             break;
@@ -147,11 +165,18 @@ impl<S: Simd> Links<S> {
     }
 
     /// Moves nodes to better places; returns by how much areas shrink.
-    fn improve(&mut self, batch: &[u32]) -> Result<f32, BuildError> {
+    fn improve(&mut self, batch: &[u32], tell: &mut dyn FnMut(Move)) -> Result<f32, BuildError> {
         let mut moves = self.best_moves(batch)?;
         moves.sort_unstable_by(|a, b| b.gain.total_cmp(&a.gain).then(a.node.cmp(&b.node)));
         self.batch += 1;
-        Ok(moves.into_iter().map(|step| self.apply(step)).sum())
+        let mut apply = |step: Move| {
+            let gain = self.apply(step);
+            if gain > 0.0 {
+                tell(step);
+            }
+            gain
+        };
+        Ok(moves.into_iter().map(&mut apply).sum())
     }
 
     fn best_moves(&self, batch: &[u32]) -> Result<Vec<Move>, BuildError> {

@@ -1,5 +1,9 @@
 //! The frame of every builder here: split a set in two, again and again.
 
+mod explain;
+
+pub(crate) use explain::{Look, between, explain, halved};
+
 use super::input::{Watch, room};
 use super::{AxisRule, BuildInput, BuildOptions, Topology, TopologyNode};
 use crate::error::BuildError;
@@ -110,6 +114,17 @@ pub(crate) fn longest(bounds: &Aabb) -> usize {
 /// than the leaf limit is never a leaf; if the answer for it is not a real split, it is halved.
 pub(crate) trait Split: Sync {
     fn split(&self, set: &mut Set<'_>) -> Result<Option<usize>, BuildError>;
+
+    /// What [`Split::split`] weighs, for explaining.
+    fn look(&self, set: &mut Set<'_>) -> Result<Look, BuildError>;
+}
+
+/// The parts of a set.
+struct Cut {
+    /// Length of the first.
+    middle: usize,
+    /// The frame halved it, not the builder's rule.
+    is_halved: bool,
 }
 
 /// Runs the frame. `O(n log n)` calls of constant work per primitive.
@@ -173,7 +188,7 @@ impl<S: Split> Frame<'_, S> {
         slot: u32,
     ) -> Result<(), BuildError> {
         let count = set.refs.len();
-        let Some(middle) = self.place(&mut set)? else {
+        let Some(Cut { middle, .. }) = self.place(&mut set)? else {
             nodes[at] = TopologyNode::leaf(set.bounds, slot, count as u32);
             return Ok(());
         };
@@ -197,7 +212,7 @@ impl<S: Split> Frame<'_, S> {
     }
 
     /// The split of a set, by the builder's rule while that keeps the tree shallow.
-    fn place(&self, set: &mut Set<'_>) -> Result<Option<usize>, BuildError> {
+    fn place(&self, set: &mut Set<'_>) -> Result<Option<Cut>, BuildError> {
         let count = set.refs.len();
         if count == 1 {
             return Ok(None);
@@ -205,14 +220,22 @@ impl<S: Split> Frame<'_, S> {
         if set.depth < PATIENCE {
             match self.split.split(set)? {
                 None if count <= self.leaf_limit => return Ok(None),
-                Some(middle) if middle > 0 && middle < count => return Ok(Some(middle)),
+                Some(middle) if middle > 0 && middle < count => {
+                    return Ok(Some(Cut {
+                        middle,
+                        is_halved: false,
+                    }));
+                }
                 _ => {}
             }
         } else if count <= self.leaf_limit {
             return Ok(None);
         }
         let axis = longest(&set.centers);
-        Ok(Some(set.halve(axis)))
+        Ok(Some(Cut {
+            middle: set.halve(axis),
+            is_halved: true,
+        }))
     }
 
     fn grow_apart(&self, set: Set<'_>, slot: u32) -> Result<Vec<TopologyNode>, BuildError> {

@@ -19,6 +19,9 @@ pub struct Walk {
 pub enum Step {
     /// A bounding volume was tested or dropped.
     Volume(VolumeTest),
+    /// A node that was entered has its turn: what follows is inside it, up to the next turn. (Nested objects take turns at
+    /// once, and after a child the rest of a node's children follow.)
+    Turn(u32),
     /// A grid cell was entered.
     Cell(CellVisit),
     /// A primitive was tested.
@@ -35,6 +38,10 @@ impl Observer for Walk {
     fn volume(&mut self, test: VolumeTest) {
         self.counts.volume(test);
         self.steps.push(Step::Volume(test));
+    }
+
+    fn turn(&mut self, node: u32) {
+        self.steps.push(Step::Turn(node));
     }
 
     fn cell(&mut self, visit: CellVisit) {

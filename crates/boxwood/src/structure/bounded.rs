@@ -123,6 +123,9 @@ impl<V: BoundingVolume> BoundedObject<V> {
             flops: V::FLOPS,
             bytes: size_of::<Self>() as u32,
         });
+        if entered {
+            observer.turn(self.node);
+        }
         entered
     }
 }

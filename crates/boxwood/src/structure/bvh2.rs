@@ -143,8 +143,9 @@ impl<V: BoundingVolume> Accel for Bvh2<V> {
         let octant = octant(ray);
         let mut memory = Stack::memory::<{ MAX_DEPTH + 1 }>();
         let mut stack = Stack::new(&mut memory);
-        let mut child = *root;
+        let (mut child, mut number) = (*root, 0);
         loop {
+            visit.observer().turn(number);
             if child.count > 0 {
                 let slots = child.first..child.first + u32::from(child.count);
                 if visit.leaf(slots).is_break() {
@@ -185,17 +186,17 @@ impl<V: BoundingVolume> Accel for Bvh2<V> {
                     (false, false) => None,
                 };
                 if let Some(next) = next {
-                    child = pair.child(next);
+                    (child, number) = (pair.child(next), node + next as u32);
                     continue;
                 }
             }
             // The next one whose turn is not over.
-            child = loop {
+            (child, number) = loop {
                 let Some(Later { child, node, near }) = stack.pop() else {
                     return;
                 };
                 if near <= visit.t_max() {
-                    break child;
+                    break (child, node);
                 }
                 let (far, verdict) = (f32::INFINITY, VolumeVerdict::Dropped);
                 visit.observer().volume(VolumeTest {

@@ -14,7 +14,7 @@
 //! that walk whole layers of cells instead (see [`Grid::sweep`]).
 
 use super::{Accel, Visit};
-use crate::build::BuildOptions;
+use crate::build::{BuildOptions, BuildStep, BuildWalk, GridTry};
 use crate::error::BuildError;
 use crate::geom::{Aabb, Interval, PreparedRay, SlabRay, filter_pad};
 use crate::prims::Primitives;
@@ -46,22 +46,8 @@ impl Accel for Grid {
         boxes: &[Aabb],
         options: &BuildOptions,
     ) -> Result<Self, BuildError> {
-        let order: Vec<u32> = boxes
-            .iter()
-            .zip(0..)
-            .filter(|(b, _)| !b.is_empty())
-            .map(|(_, prim)| prim)
-            .collect();
-        let kept: Vec<Aabb> = order.iter().map(|&prim| boxes[prim as usize]).collect();
-        let mut density = options.cells_per_primitive();
-        let limit = (MAX_REFERENCES * kept.len()).clamp(4096, u32::MAX as usize);
-        let shape = loop {
-            let shape = Shape::new(&kept, density);
-            if shape.count_references(&kept, limit).is_some() || shape.cells == [1; 3] {
-                break shape;
-            }
-            density /= 8.0;
-        };
+        let (order, kept) = kept(boxes);
+        let shape = Shape::fitting(&kept, options, |_| {});
         let (starts, references) = shape.counting_sort(&kept)?;
         Ok(Self {
             shape,
@@ -134,7 +120,32 @@ impl Accel for Grid {
     }
 }
 
+/// The primitives that can be hit, and their boxes.
+fn kept(boxes: &[Aabb]) -> (Vec<u32>, Vec<Aabb>) {
+    boxes
+        .iter()
+        .zip(0..)
+        .filter(|(b, _)| !b.is_empty())
+        .map(|(b, prim)| (prim, *b))
+        .unzip()
+}
+
 impl Grid {
+    /// The resolutions that [`Grid::build`](Accel::build) tries, the last of which it takes; as many as are wanted.
+    pub fn explain(boxes: &[Aabb], options: &BuildOptions, limit: usize) -> BuildWalk {
+        let (order, kept) = kept(boxes);
+        let mut steps = Vec::new();
+        Shape::fitting(&kept, options, |grid| steps.push(BuildStep::Grid(grid)));
+        let step_count = steps.len();
+        steps.truncate(limit);
+        BuildWalk {
+            steps,
+            step_count,
+            order,
+            ..BuildWalk::default()
+        }
+    }
+
     /// Cells along each axis.
     pub fn resolution(&self) -> [u32; 3] {
         self.shape.cells
@@ -282,6 +293,27 @@ struct Shape {
 }
 
 impl Shape {
+    /// As fine as the options have it, but with no more references than are bearable.
+    fn fitting(boxes: &[Aabb], options: &BuildOptions, mut tell: impl FnMut(GridTry)) -> Self {
+        let mut density = options.cells_per_primitive();
+        let limit = (MAX_REFERENCES * boxes.len()).clamp(4096, u32::MAX as usize);
+        loop {
+            let shape = Self::new(boxes, density);
+            let references = shape.count_references(boxes, limit);
+            tell(GridTry {
+                density,
+                cells: shape.cells,
+                bounds: shape.bounds,
+                references,
+                limit,
+            });
+            if references.is_some() || shape.cells == [1; 3] {
+                return shape;
+            }
+            density /= 8.0;
+        }
+    }
+
     fn new(boxes: &[Aabb], density: f64) -> Self {
         let tight = Aabb::of_boxes(boxes);
         if boxes.is_empty() {

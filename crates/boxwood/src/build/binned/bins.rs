@@ -202,6 +202,37 @@ impl<const N: usize, C: Counter<N>> Table<N, C> {
         })
     }
 
+    /// Every border with something on both sides, as [`Table::best_border`] weighs it: for explaining.
+    pub(super) fn borders<S: Simd>(
+        &self,
+        simd: S,
+        bounds: &Lanes,
+        count: usize,
+        extra: f32,
+    ) -> Vec<Border> {
+        let measure = Measure::new(simd, bounds);
+        let half_area = |[x, y, z, _]: [f32; 4]| x * (y + z) + y * z;
+        let mut borders = Vec::new();
+        for axis in 0..3 {
+            let (left, right) = self.sides(simd, axis, &measure);
+            for (bin, below) in (1..N).zip(self.counts[axis].up_to()) {
+                let others = count as u32 - below;
+                if below > 0 && others > 0 {
+                    let cost = half_area(left.0[bin - 1]) * (below as f32 + extra)
+                        + half_area(right.0[bin - 1]) * (others as f32 + extra);
+                    borders.push(Border {
+                        axis,
+                        bin,
+                        left_count: below as usize,
+                        boxes: self.boxes_beside(simd, axis, bin),
+                        cost: cost / measure.area_of_all(),
+                    });
+                }
+            }
+        }
+        borders
+    }
+
     /// Extents of what is before and after each border; entry `i` is for the border after bin `i`.
     #[inline(always)]
     fn sides<S: Simd>(&self, simd: S, axis: usize, measure: &Measure<S>) -> (Rows<N>, Rows<N>) {

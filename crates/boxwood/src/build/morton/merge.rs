@@ -41,6 +41,11 @@ impl Merges {
         })
     }
 
+    /// How many merges there are.
+    pub(super) fn made(&self) -> usize {
+        self.next.load(Relaxed) as usize
+    }
+
     /// The children of a node and whether it had better be a leaf; `None` for a fragment.
     pub(super) fn children(&self, node: u32) -> Option<([u32; 2], bool)> {
         let pair = self.pairs.get(node.checked_sub(self.leaves)? as usize)?;
@@ -144,6 +149,12 @@ impl Clusters {
                 }
             },
         );
+    }
+
+    /// One round of [`Clusters::reduce`], for explaining.
+    pub(super) fn reduce_once<S: Simd>(&mut self, simd: S, rule: &LeafRule, merges: &Merges) {
+        self.find_nearest(simd);
+        self.merge(rule, merges);
     }
 
     /// For each cluster the one with which it has the smallest box. Of equals the one beside it in an even pair (2, 3), else

@@ -38,6 +38,18 @@ pub(super) fn places_along_curve<S: Simd>(
     Ok(keys)
 }
 
+/// The code of each fragment's cell, for explaining.
+pub(super) fn codes<S: Simd>(simd: S, fragments: &[Fragment]) -> Result<Vec<u64>, BuildError> {
+    let range = range_of_centers(simd, fragments);
+    let scale = Scale::new(&range, RADIX).load(simd);
+    let mut codes = room(fragments.len())?;
+    codes.extend(fragments.iter().map(|fragment| {
+        let [x, y, z, _] = scale.bins(center2(fragment.load(simd)));
+        code([x, y, z])
+    }));
+    Ok(codes)
+}
+
 /// The bits of three numbers in turn.
 #[inline(always)]
 fn code(cell: [i32; 3]) -> u64 {

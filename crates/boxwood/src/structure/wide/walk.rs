@@ -87,7 +87,10 @@ pub(super) fn walk<M: Form>(wide: &Wide<M>, ray: &PreparedRay, leaves: &mut impl
     while let Some((at, number, near)) = stack.pop() {
         if near > leaves.t_max() {
             drop_node(number, near, leaves.observer());
-        } else if at.is_leaf() {
+            continue;
+        }
+        leaves.observer().turn(number);
+        if at.is_leaf() {
             if leaves.leaf(at).is_break() {
                 return;
             }
