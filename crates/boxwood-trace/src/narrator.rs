@@ -203,6 +203,9 @@ impl<'a> Narrator<'a> {
         let node = level.node(test.node);
         if level.is_nested {
             level.stack = level.around(test.node);
+            if test.verdict == VolumeVerdict::Enter {
+                level.stack.push(test.node);
+            }
         } else {
             level.stack.retain(|&waiting| waiting != test.node);
             if test.verdict == VolumeVerdict::Enter && level.nodes.contains_key(&test.node) {

@@ -4,22 +4,29 @@
 
 use boxwood::{BUILDERS, BuildOptions, Builder, Ray, STRUCTURES, Scene, VOLUMES};
 
-/// A heap of small triangles on a crooked lattice, with a large one below.
-pub(crate) fn heap(builder: SceneChoice) -> Scene {
-    let mut positions = vec![[-9.0, -9.0, 4.5], [9.0, -8.0, 4.0], [0.5, 9.0, 4.25]];
-    for i in 0..60_u16 {
-        let [x, y, z] = [i % 5, i / 5 % 4, i / 20].map(f32::from);
-        let at = [x * 1.5 - 3.0 + 0.1 * y, y * 1.25 - 2.0 + 0.07 * z, z * 0.75];
-        positions.push(at);
-        positions.push([at[0] + 1.0, at[1] + 0.125, at[2] + 0.25]);
-        positions.push([at[0] + 0.25, at[1] + 0.875, at[2] + 0.5]);
+/// Triangles of all sizes that lie about, the same ones each time.
+pub(crate) fn heap(choice: SceneChoice) -> Scene {
+    let mut state = 77_u64;
+    let mut signed = || {
+        state = state
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        (state >> 40) as f32 / (1_u64 << 23) as f32 - 1.0
+    };
+    let mut positions = Vec::new();
+    for i in 0..150 {
+        let size = if i % 9 == 0 { 3.0 } else { 0.5 };
+        let at = [4.0 * signed(), 3.0 * signed(), 2.0 * signed()];
+        for _ in 0..3 {
+            positions.push(at.map(|x| x + size * signed()));
+        }
     }
-    let indices: Vec<[u32; 3]> = (0..61).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
+    let indices: Vec<[u32; 3]> = (0..150).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
     let SceneChoice {
         structure,
         builder,
         volume,
-    } = builder;
+    } = choice;
     let options = BuildOptions {
         volume,
         round_share: 0.3,
