@@ -3,7 +3,7 @@
 
 use super::merge::{Clusters, Merges, scale_of};
 use super::sort::{codes, places_along_curve};
-use super::{BLOCK, REDUCED, build};
+use super::{BLOCK, PATIENCE, REDUCED, build};
 use crate::build::fragment::{Fragment, box_around, fragments};
 use crate::build::input::LeafRule;
 use crate::build::steps::{BuildStep, BuildWalk, CurvePlace, MergeStep};
@@ -138,14 +138,14 @@ impl<S: Simd> Teller<'_, S> {
     /// The number in the tree of each cluster that is a node there.
     fn nodes(&self, root: u32, tree: &Topology) -> Vec<Option<u32>> {
         let mut nodes = vec![None; 2 * self.places.len()];
-        let mut waiting = vec![(root, 0)];
-        while let Some((cluster, node)) = waiting.pop() {
+        let mut waiting = vec![(root, 0, 0)];
+        while let Some((cluster, node, depth)) = waiting.pop() {
             nodes[cluster as usize] = Some(node);
             let at = &tree.nodes[node as usize];
-            // Where the tree is too deep it is halved instead; below, nothing corresponds.
+            // Deeper down the tree is halved instead, and nothing corresponds.
             match self.merges.children(cluster) {
-                Some((parts, false)) if !at.is_leaf() => {
-                    waiting.extend([(parts[0], at.first), (parts[1], at.first + 1)]);
+                Some(([a, b], false)) if depth < PATIENCE => {
+                    waiting.extend([(a, at.first, depth + 1), (b, at.first + 1, depth + 1)]);
                 }
                 _ => {}
             }
