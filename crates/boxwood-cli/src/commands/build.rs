@@ -1,7 +1,5 @@
 //! `boxwood build`: how a structure comes to be, step by step.
 
-use std::io::Write;
-
 use boxwood_render::RenderError;
 use boxwood_trace::BuildTrace;
 use serde::Serialize;
