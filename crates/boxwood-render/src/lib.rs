@@ -51,5 +51,5 @@ pub use render::{Crop, MAX_PIXELS, MAX_SAMPLES, Progress, RenderOptions, Watch, 
 pub use scale::{Scale, ScaleOptions};
 pub use shade::{SHADINGS, Shading};
 pub use surfaces::{Surface, Surfaces};
-pub use tone::{Tone, neutral};
+pub use tone::{Tone, linear_to_srgb8, neutral};
 pub use view::{MAX_SIDE, View};

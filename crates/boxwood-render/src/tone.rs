@@ -61,7 +61,7 @@ pub(crate) fn linear_to_srgb(x: f32) -> f32 {
 }
 
 /// The nearest eight-bit sRGB code; values outside `0..=1` are clamped.
-pub(crate) fn linear_to_srgb8(x: f32) -> u8 {
+pub fn linear_to_srgb8(x: f32) -> u8 {
     (linear_to_srgb(x.clamp(0.0, 1.0)) * 255.0 + 0.5) as u8
 }
 

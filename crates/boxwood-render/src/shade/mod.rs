@@ -5,6 +5,7 @@ mod depth;
 mod eyelight;
 mod heat;
 mod normal;
+mod part;
 mod path;
 mod prim;
 mod uv;
@@ -63,7 +64,9 @@ pub const SHADINGS: &[Shading] = &[
     normal::SHADING,
     uv::SHADING,
     depth::SHADING,
+    part::SHADING,
     prim::SHADING,
+    heat::TESTS,
     heat::BOXES,
     heat::PRIMS,
     whitted::SHADING,

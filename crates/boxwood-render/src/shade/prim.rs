@@ -27,7 +27,7 @@ fn shade(stage: &Stage<'_>, ray: &Ray, hit: Option<Hit>) -> Vec3 {
 }
 
 /// A hue by hash, with enough spread in brightness to tell neighbours apart.
-fn color_of(number: u32) -> Vec3 {
+pub(super) fn color_of(number: u32) -> Vec3 {
     let bits = hash(number.wrapping_add(0x51ed_270b));
     let share = |shift: u32| ((bits >> shift) & 0xff) as f32 / 255.0;
     let hue = share(0) * 6.0;
