@@ -68,6 +68,7 @@ fn quick(line: &str) -> String {
         "render" => "--size 48x27 --spp 1",
         "demo" => "--size 48x27",
         "race" => "--size 48x27",
+        "view" => "--headless --size 48x27",
         "check" => "--rays 300",
         // Who is compared with an earlier run must not fail here because the machine is busy.
         "bench" => "--size 16 --rounds 1 --tolerance 10000",

@@ -29,6 +29,10 @@ const CRATES: &[(&str, &[&str])] = &[
     ("boxwood-measure", &["boxwood", "boxwood-scene"]),
     ("boxwood-trace", &["boxwood"]),
     (
+        "boxwood-view",
+        &["boxwood", "boxwood-scene", "boxwood-render"],
+    ),
+    (
         "boxwood-cli",
         &[
             "boxwood",
@@ -36,6 +40,7 @@ const CRATES: &[(&str, &[&str])] = &[
             "boxwood-render",
             "boxwood-measure",
             "boxwood-trace",
+            "boxwood-view",
         ],
     ),
 ];

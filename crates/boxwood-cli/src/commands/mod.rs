@@ -16,26 +16,28 @@ mod man;
 mod race;
 mod render;
 mod simplify;
+#[cfg(feature = "view")]
+mod view;
 
 use crate::output::{Exit, Output};
 
 macro_rules! commands {
-    ($($Command:ident => $module:ident,)*) => {
+    ($($(#[$when:meta])? $Command:ident => $module:ident,)*) => {
         /// Every command with its arguments; their help is the doc comment of `Args`.
         #[derive(Debug, clap::Subcommand)]
         pub(crate) enum Command {
-            $(#[allow(missing_docs, reason = "said at Args")] $Command($module::Args),)*
+            $($(#[$when])? #[allow(missing_docs, reason = "said at Args")] $Command($module::Args),)*
         }
 
         impl Command {
             /// As typed.
             pub(crate) fn name(&self) -> &'static str {
-                match self { $(Self::$Command(_) => stringify!($module),)* }
+                match self { $($(#[$when])? Self::$Command(_) => stringify!($module),)* }
             }
 
             /// Does the work.
             pub(crate) fn run(&self, out: &Output) -> anyhow::Result<Exit> {
-                match self { $(Self::$Command(args) => $module::run(args, out),)* }
+                match self { $($(#[$when])? Self::$Command(args) => $module::run(args, out),)* }
             }
         }
     };
@@ -45,6 +47,8 @@ macro_rules! commands {
 commands! {
     Demo => demo,
     Render => render,
+    #[cfg(feature = "view")]
+    View => view,
     Inspect => inspect,
     Cost => cost,
     Bounds => bounds,

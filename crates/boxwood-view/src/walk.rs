@@ -1,0 +1,266 @@
+//! A picked ray and its walk through the structure, step by step.
+
+use std::collections::HashMap;
+
+use boxwood::{
+    Aabb, Ray, Scene, Step, Walk,
+    geom::PreparedRay,
+    query::{CellVisit, NodeInfo, PrimitiveTest, PrimitiveVerdict, VolumeTest, VolumeVerdict},
+};
+
+use crate::{
+    canvas::{BLUE, Canvas, Color, GREEN, GREY, ORANGE, Stroke, WHITE, YELLOW},
+    project::{Pen, Projector},
+    subject::Built,
+};
+
+/// Steps that stay in the picture behind the one at work.
+const TRAIL: usize = 400;
+/// Lines of the list of steps before the one at work, and after it.
+const AROUND: usize = 7;
+
+/// A ray, and how it found its answer.
+#[derive(Debug)]
+pub(crate) struct Picked {
+    pub(crate) ray: Ray,
+    walk: Walk,
+    /// What each step looked at.
+    shapes: Vec<Shape>,
+    /// Steps that are done.
+    done: usize,
+    /// Where the ray leaves the scene, or ends.
+    end: f32,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Shape {
+    Box(Aabb),
+    Triangle([[f32; 3]; 3]),
+    None,
+}
+
+impl Picked {
+    /// Asks the structure how it answers `ray`; the first step is done.
+    pub(crate) fn new(built: &Built, ray: Ray) -> Self {
+        let walk = built.scene.explain(&ray);
+        let boxes = Boxes::of(built);
+        let shape = |step: &Step| match step {
+            Step::Volume(test) => boxes.node(test.node),
+            Step::Turn(node) => boxes.node(*node),
+            Step::Cell(visit) => boxes.cell(visit.cell),
+            Step::Primitive(test) => match built.scene.triangle_in_scene(test.prim) {
+                Some(triangle) => Shape::Triangle(triangle.0),
+                None => Shape::None,
+            },
+            Step::Instance(_) => Shape::None,
+        };
+        let end = walk
+            .hit
+            .map(|hit| hit.t)
+            .or_else(|| leaves(&built.scene, &ray));
+        Self {
+            shapes: walk.steps.iter().map(shape).collect(),
+            done: walk.steps.len().min(1),
+            end: end.unwrap_or(0.0),
+            walk,
+            ray,
+        }
+    }
+
+    /// Goes so many steps on, or back.
+    pub(crate) fn step(&mut self, steps: isize) {
+        self.done = self
+            .done
+            .saturating_add_signed(steps)
+            .min(self.walk.steps.len());
+    }
+
+    /// `step 14 of 63`.
+    pub(crate) fn place(&self) -> String {
+        format!("step {} of {}", self.done, self.walk.steps.len())
+    }
+
+    /// Draws the ray and what it looked at so far, the latest on top.
+    pub(crate) fn draw(&self, canvas: &mut Canvas<'_>, projector: &Projector) {
+        let first = self.done.saturating_sub(TRAIL);
+        for number in first..self.done {
+            let mut pen = pen_of(&self.walk.steps[number]);
+            pen.is_faint = number + 1 < self.done;
+            match &self.shapes[number] {
+                Shape::Box(bounds) => projector.edges(canvas, bounds, pen),
+                Shape::Triangle([a, b, c]) => {
+                    for [from, to] in [[a, b], [b, c], [c, a]] {
+                        projector.line(canvas, *from, *to, pen);
+                    }
+                }
+                Shape::None => {}
+            }
+        }
+        self.draw_ray(canvas, projector);
+    }
+
+    fn draw_ray(&self, canvas: &mut Canvas<'_>, projector: &Projector) {
+        let at = |t: f32| [0, 1, 2].map(|k| self.ray.origin[k] + t * self.ray.dir[k]);
+        let pen = Pen {
+            color: WHITE,
+            stroke: Stroke::Solid,
+            is_faint: false,
+        };
+        projector.line(canvas, at(0.0), at(self.end), pen);
+        // Where it ends, and, seen along the ray, where it is.
+        if let Some([_, [x, y]]) = projector.segment(at(0.0), at(self.end)) {
+            let arm = canvas.margin() as f32;
+            canvas.line([x - arm, y], [x + arm, y], WHITE, Stroke::Solid);
+            canvas.line([x, y - arm], [x, y + arm], WHITE, Stroke::Solid);
+        }
+    }
+
+    /// The steps around the one at work, and the answer.
+    pub(crate) fn lines(&self) -> Vec<(String, Color)> {
+        let mut lines = vec![(self.place(), WHITE)];
+        let at = self.done.saturating_sub(1);
+        let last = (at.saturating_sub(AROUND) + 2 * AROUND + 1).min(self.walk.steps.len());
+        let first = last.saturating_sub(2 * AROUND + 1);
+        for number in first..last {
+            let step = &self.walk.steps[number];
+            let (mark, color) = match number {
+                n if n == at => (">", pen_of(step).color),
+                n if n < at => (" ", pen_of(step).color),
+                _ => (" ", GREY),
+            };
+            lines.push((format!("{mark} {:>4}  {}", number + 1, tell(step)), color));
+        }
+        let counts = &self.walk.counts;
+        lines.push((
+            format!(
+                "{} boxes, {} triangles tested",
+                counts.boxes.max(counts.nodes),
+                counts.prims
+            ),
+            WHITE,
+        ));
+        lines.push((
+            match self.walk.hit {
+                Some(hit) => format!("hit: triangle {} at t {}", hit.prim, hit.t),
+                None => "no hit".to_owned(),
+            },
+            WHITE,
+        ));
+        lines
+    }
+}
+
+/// Where a ray leaves the bounds of a scene, if it meets them.
+fn leaves(scene: &Scene, ray: &Ray) -> Option<f32> {
+    let inside = scene.bounds().slab(&PreparedRay::new(ray)?, 0.0);
+    (inside.near <= inside.far && inside.far.is_finite()).then_some(inside.far)
+}
+
+/// Colour and stroke both say what became of a step.
+fn pen_of(step: &Step) -> Pen {
+    let (color, stroke) = match step {
+        Step::Volume(test) => match test.verdict {
+            VolumeVerdict::Enter => (GREEN, Stroke::Solid),
+            VolumeVerdict::Miss => (BLUE, Stroke::Dotted),
+            VolumeVerdict::Farther | VolumeVerdict::Dropped => (ORANGE, Stroke::Dashed),
+        },
+        Step::Cell(_) | Step::Turn(_) => (GREEN, Stroke::Solid),
+        Step::Primitive(test) => match test.verdict {
+            PrimitiveVerdict::Closest => (YELLOW, Stroke::Solid),
+            PrimitiveVerdict::Farther => (ORANGE, Stroke::Dashed),
+            PrimitiveVerdict::Miss => (BLUE, Stroke::Dotted),
+        },
+        Step::Instance(_) => (WHITE, Stroke::Solid),
+    };
+    Pen {
+        color,
+        stroke,
+        is_faint: false,
+    }
+}
+
+/// What the pens mean, for those who see the walk.
+pub(crate) const MEANINGS: &[(&str, Color, Stroke)] = &[
+    ("entered", GREEN, Stroke::Solid),
+    ("missed", BLUE, Stroke::Dotted),
+    ("culled: too far", ORANGE, Stroke::Dashed),
+    ("closest so far", YELLOW, Stroke::Solid),
+];
+
+/// A step in words.
+fn tell(step: &Step) -> String {
+    match step {
+        Step::Volume(VolumeTest {
+            node,
+            near,
+            far,
+            verdict,
+            ..
+        }) => match verdict {
+            VolumeVerdict::Enter => format!("box {node}: entered, t {near:.4} .. {far:.4}"),
+            VolumeVerdict::Miss => format!("box {node}: missed"),
+            VolumeVerdict::Farther => format!("box {node}: behind the hit, from t {near:.4}"),
+            VolumeVerdict::Dropped => format!("box {node}: dropped, a hit is nearer"),
+        },
+        Step::Cell(CellVisit {
+            cell: [x, y, z],
+            enter,
+            prims,
+            ..
+        }) => format!("cell {x},{y},{z}: t {enter:.4}, {prims} triangles"),
+        Step::Primitive(PrimitiveTest {
+            prim,
+            candidate,
+            verdict,
+            ..
+        }) => match (verdict, candidate) {
+            (PrimitiveVerdict::Closest, Some(hit)) => {
+                format!("triangle {prim}: t {:.4}, the closest", hit.t)
+            }
+            (PrimitiveVerdict::Farther, Some(hit)) => {
+                format!("triangle {prim}: t {:.4}, not closer", hit.t)
+            }
+            _ => format!("triangle {prim}: missed"),
+        },
+        Step::Turn(node) => format!("box {node}: its turn"),
+        Step::Instance(visit) => format!("instance {}", visit.instance),
+    }
+}
+
+/// Where the nodes of a structure are.
+struct Boxes<'a> {
+    by_node: HashMap<u32, &'a NodeInfo>,
+    /// Of a grid: its lower corner, and the size of a cell.
+    grid: Option<([f32; 3], [f32; 3])>,
+}
+
+impl<'a> Boxes<'a> {
+    fn of(built: &'a Built) -> Self {
+        let nodes = built.nodes();
+        let bounds = built.scene.bounds();
+        // All cells are of one size, also those that hold nothing and are not listed.
+        let cell = nodes.first().filter(|_| built.structure == "grid");
+        let size = |node: &NodeInfo| [0, 1, 2].map(|k| node.bounds.max[k] - node.bounds.min[k]);
+        Self {
+            by_node: nodes.iter().map(|node| (node.node, node)).collect(),
+            grid: cell.map(|node| (bounds.min, size(node))),
+        }
+    }
+
+    fn node(&self, number: u32) -> Shape {
+        self.by_node
+            .get(&number)
+            .map_or(Shape::None, |node| Shape::Box(node.bounds))
+    }
+
+    fn cell(&self, cell: [u32; 3]) -> Shape {
+        let Some((origin, size)) = self.grid else {
+            return Shape::None;
+        };
+        let face = |k: usize, i: u32| origin[k] + size[k] * i as f32;
+        Shape::Box(Aabb {
+            min: [0, 1, 2].map(|k| face(k, cell[k])),
+            max: [0, 1, 2].map(|k| face(k, cell[k] + 1)),
+        })
+    }
+}
