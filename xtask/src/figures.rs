@@ -21,6 +21,10 @@ const FIGURES: &[(&str, &str)] = &[
         "stadium-bvh.png",
         "render builtin:stadium --shading heat-prims --structure bvh2 --size 640x360 --log --top 15000",
     ),
+    (
+        "view.png",
+        "view builtin:bush --headless --size 960x540 --script docs/figures/view.script",
+    ),
 ];
 
 /// Draws all of them again.
@@ -29,7 +33,10 @@ pub(crate) fn run(_: &[String]) -> Result<()> {
         let output = format!("docs/figures/{file}");
         let mut args = vec!["run", "--release", "--"];
         args.extend(arguments.split(' '));
-        args.extend(["-o", &output]);
+        // A script says itself where its picture goes.
+        if !args.contains(&"--script") {
+            args.extend(["-o", &output]);
+        }
         step(file, command("cargo", &args))?;
     }
     Ok(())

@@ -6,6 +6,7 @@ mod ci;
 mod figures;
 mod fuzz;
 mod shell;
+mod view_test;
 
 use anyhow::{Result, bail};
 
@@ -28,6 +29,11 @@ const CHORES: &[Chore] = &[
         "asm",
         "the hot loops of the kernels: they call nothing and spill no more than is known",
         asm::run,
+    ),
+    (
+        "view-test",
+        "the viewer's window on a virtual screen, by real keys and the pointer",
+        view_test::run,
     ),
     (
         "figures",
