@@ -239,7 +239,7 @@ fn the_text_says_the_same_as_the_data() {
         );
         match &trace.hit {
             Some(hit) => {
-                assert!(text.contains(&format!("\nhit: triangle {} at t = {}, ", hit.prim, hit.t)))
+                assert!(text.contains(&format!("\nhit: triangle {} at t = {}, ", hit.prim, hit.t)));
             }
             None => assert!(text.contains("\nno hit\n"), "{text}"),
         }

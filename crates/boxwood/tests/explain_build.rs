@@ -66,27 +66,33 @@ fn for_every_build(mut check: impl FnMut(&str, &BuildOptions, &BuildWalk, &[Aabb
 }
 
 fn sets(walk: &BuildWalk) -> Vec<&SetStep> {
-    let set = |step| match step {
-        &BuildStep::Set(ref set) => Some(set),
-        _ => None,
-    };
-    walk.steps.iter().filter_map(set).collect()
+    walk.steps
+        .iter()
+        .filter_map(|step| match step {
+            BuildStep::Set(set) => Some(set),
+            _ => None,
+        })
+        .collect()
 }
 
 fn merges(walk: &BuildWalk) -> Vec<&MergeStep> {
-    let merge = |step| match step {
-        &BuildStep::Merge(ref merge) => Some(merge),
-        _ => None,
-    };
-    walk.steps.iter().filter_map(merge).collect()
+    walk.steps
+        .iter()
+        .filter_map(|step| match step {
+            BuildStep::Merge(merge) => Some(merge),
+            _ => None,
+        })
+        .collect()
 }
 
 fn moves(walk: &BuildWalk) -> Vec<&NodeMove> {
-    let step = |step| match step {
-        &BuildStep::Move(ref step) => Some(step),
-        _ => None,
-    };
-    walk.steps.iter().filter_map(step).collect()
+    walk.steps
+        .iter()
+        .filter_map(|step| match step {
+            BuildStep::Move(step) => Some(step),
+            _ => None,
+        })
+        .collect()
 }
 
 /// The tree that the splits alone say.
