@@ -54,7 +54,7 @@ fn every_command_prints_one_versioned_json_object() {
     let at = folder.path();
     let hill = "builtin:terrain?n=2000";
     expect(at, &["render", "builtin:cornell", SMALL, "-o", "a.png"], 0);
-    std::fs::write(at.join("turn.script"), "wait 1\norbit 3\n").unwrap();
+    fs::write(at.join("turn.script"), "wait 1\norbit 3\n").unwrap();
     let lines: [&[&str]; 17] = [
         &["demo", "--size", "64x36"],
         &["render", hill, SMALL, "-o", "hill.png"],
