@@ -58,12 +58,12 @@ const COMPILER: &str = "rustc 1.95.";
 /// Every hot loop, with what was measured. Eight lanes in two halves, on 16 registers, must spill; and what a ray is made of comes
 /// back from the stack after each call of what is cold. Leaves of bundles are not told apart from what surrounds them.
 const KERNELS: &[Kernel] = &[
-    kernel("single closest, node", CLOSEST, Step::Node, [0, 2, 124, 17]),
+    kernel("single closest, node", CLOSEST, Step::Node, [0, 2, 124, 75]),
     kernel(
         "single closest, leaf",
         CLOSEST,
         Step::Leaf,
-        [43, 29, 124, 56],
+        [43, 29, 124, 75],
     ),
     kernel(
         "single occluded, node",
@@ -115,10 +115,16 @@ const COLD: &[(&str, &str)] = &[
 ];
 
 /// What may call vector operations, each of them a call, and why.
-const SLOW: &[(&str, &str)] = &[(
-    "binned::Frame",
-    "sets that no border divides: `halve` is cold",
-)];
+const SLOW: &[(&str, &str)] = &[
+    (
+        "binned::Frame",
+        "sets that no border divides: `halve` is cold",
+    ),
+    (
+        "explain::Teller",
+        "a build that tells its steps takes its time",
+    ),
+];
 
 const fn kernel(
     name: &'static str,
