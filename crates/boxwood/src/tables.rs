@@ -32,7 +32,7 @@ pub struct Structure {
 }
 
 /// Every structure. Add a line here.
-pub const STRUCTURES: &[Structure] = &[
+pub static STRUCTURES: &[Structure] = &[
     Structure::of::<List>(
         "list",
         "brute force: every primitive for every ray; the oracle",
@@ -109,7 +109,7 @@ fn explain_rows_of_8(
 }
 
 /// Every bounding volume. Add a line here.
-pub const VOLUMES: &[Volume] = &[
+pub static VOLUMES: &[Volume] = &[
     Volume::of::<Aabb>("axis-aligned box: cheapest test, loose round diagonal things"),
     Volume::of::<Sphere>("smallest enclosing sphere: turns for free, loose round flat things"),
     Volume::of::<Obb>("oriented box: tightest, dearest test"),

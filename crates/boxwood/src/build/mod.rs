@@ -50,7 +50,7 @@ pub struct Builder {
 }
 
 /// Every builder. Add a line here.
-pub const BUILDERS: &[Builder] = &[
+pub static BUILDERS: &[Builder] = &[
     Builder::MEDIAN,
     Builder::MIDPOINT,
     Builder::MORTON,
