@@ -4,9 +4,8 @@ use std::collections::TryReserveError;
 
 use boxwood::Counts;
 use glam::Vec3;
-use rayon::prelude::*;
 
-use crate::{Crop, Image, RenderError, Scale, Tone, legend};
+use crate::{Crop, Image, RenderError, Scale, Tone, legend, share::map_each};
 
 /// Side of a tile in pixels.
 pub const TILE: u32 = 16;
@@ -125,18 +124,20 @@ impl Film {
     /// fits in. Tiles that are not done are a dim checkerboard.
     pub fn to_image(&self) -> Image {
         let width = self.width() as usize;
-        let pixels = self.color.par_iter().enumerate().map(|(pixel, &color)| {
+        let code_of = |pixel: usize| {
             if self.is_finished(pixel) {
-                let shown = self.tone.apply(Vec3::from(color) * self.exposure);
+                let shown = self
+                    .tone
+                    .apply(Vec3::from(self.color[pixel]) * self.exposure);
                 shown.to_array().map(crate::tone::linear_to_srgb8)
             } else {
                 unexposed_checker(pixel % width, pixel / width)
             }
-        });
+        };
         let mut image = Image {
             width: self.width(),
             height: self.height(),
-            rgb: pixels.collect(),
+            rgb: map_each(self.color.len(), code_of),
         };
         if let Some(scale) = &self.scale {
             legend::draw(&mut image, scale);

@@ -12,13 +12,15 @@ mod light;
 use std::sync::{Mutex, PoisonError};
 
 use boxwood::{Hit, Ray, Scene};
-use rayon::prelude::*;
 
 use self::{
     desk::{BLOCKS, Desk, Plane, SIDE},
     light::Light,
 };
-use crate::{Image, Surfaces, View, share::share_out};
+use crate::{
+    Image, Surfaces, View,
+    share::{map_each, share_out},
+};
 
 /// Who answers the rays of a frame: a [`Scene`], or another tracer that is to draw the same picture.
 pub trait Tracer: Sync {
@@ -76,12 +78,9 @@ impl Frames {
     /// Looks at all triangles of `surfaces`; the sun stands to the left of `view` and behind it, and
     /// stays there.
     pub fn new(surfaces: Surfaces<'_>, view: &View) -> Self {
-        let count = surfaces.triangles().len() as u32;
+        let count = surfaces.triangles().len();
         Self {
-            looks: (0..count)
-                .into_par_iter()
-                .map(|prim| Look::of(surfaces, prim))
-                .collect(),
+            looks: map_each(count, |prim| Look::of(surfaces, prim as u32)),
             light: Light::of(view),
             desks: Mutex::default(),
         }

@@ -36,6 +36,16 @@ pub struct Scale {
 }
 
 impl Scale {
+    /// A scale from 0 that fits counts, such as the tests of each pixel; called `title`.
+    pub fn of_counts(title: &'static str, counts: &[f32], options: ScaleOptions) -> Self {
+        let layer = Layer {
+            title,
+            value: |_, _| None,
+            near_is_bright: false,
+        };
+        Self::of(&layer, counts, options)
+    }
+
     /// A scale that fits `numbers`; all zero for none.
     pub(crate) fn of(layer: &Layer, numbers: &[f32], options: ScaleOptions) -> Self {
         let mut sorted = numbers.to_vec();
@@ -72,13 +82,14 @@ impl Scale {
 
     /// The linear colour at the share 0 to 1 of the way from `low` to `high`.
     pub fn color_at(&self, share: f32) -> Vec3 {
+        Vec3::from(self.code_at(share).map(srgb_to_linear))
+    }
+
+    /// The sRGB code of [`Scale::color_at`].
+    pub fn code_at(&self, share: f32) -> [u8; 3] {
         let share = if self.reversed { 1.0 - share } else { share };
-        let c = colorous::INFERNO.eval_continuous(f64::from(share.clamp(0.0, 1.0)));
-        Vec3::new(
-            srgb_to_linear(c.r),
-            srgb_to_linear(c.g),
-            srgb_to_linear(c.b),
-        )
+        let share = f64::from(share.clamp(0.0, 1.0));
+        colorous::INFERNO.eval_continuous(share).as_array()
     }
 
     /// How far `number` is from `low` to `high`, 0 to 1.

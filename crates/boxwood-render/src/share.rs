@@ -23,12 +23,25 @@ pub(crate) fn share_out<D>(
             work(own.get_or_insert_with(&desk), number);
         }
     };
-    let threads = rayon::current_num_threads().min(count as usize);
+    #[cfg(feature = "rayon")]
     rayon::scope(|scope| {
-        for _ in 0..threads {
+        for _ in 0..rayon::current_num_threads().min(count as usize) {
             scope.spawn(|_| take_turns());
         }
     });
+    #[cfg(not(feature = "rayon"))]
+    take_turns();
+}
+
+/// `work` of each number below `count`, in order, on all threads of the caller's rayon pool.
+pub(crate) fn map_each<T: Send>(count: usize, work: impl Fn(usize) -> T + Sync + Send) -> Vec<T> {
+    #[cfg(feature = "rayon")]
+    return {
+        use rayon::prelude::*;
+        (0..count).into_par_iter().map(work).collect()
+    };
+    #[cfg(not(feature = "rayon"))]
+    (0..count).map(work).collect()
 }
 
 #[cfg(test)]
@@ -46,7 +59,10 @@ mod tests {
             let mut seen = seen.into_inner().unwrap();
             seen.sort_unstable();
             assert!(seen.into_iter().eq(0..count), "{count}");
+            #[cfg(feature = "rayon")]
             let threads = rayon::current_num_threads() as u32;
+            #[cfg(not(feature = "rayon"))]
+            let threads = 1;
             assert!(desks.into_inner() <= threads.min(count));
         }
     }
