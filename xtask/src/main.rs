@@ -7,6 +7,7 @@ mod figures;
 mod fuzz;
 mod shell;
 mod view_test;
+mod web;
 
 use anyhow::{Result, bail};
 
@@ -39,6 +40,16 @@ const CHORES: &[Chore] = &[
         "figures",
         "the pictures of the README, drawn by the project itself",
         figures::run,
+    ),
+    (
+        "web",
+        "the page, with Boxwood as WebAssembly; --serve shows it on 127.0.0.1:8080",
+        web::run,
+    ),
+    (
+        "web-test",
+        "the page's tests in headless Chromium",
+        web::test,
     ),
 ];
 

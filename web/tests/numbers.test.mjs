@@ -1,0 +1,104 @@
+// Every number on the page is the command line's.
+
+import assert from "node:assert/strict";
+import { after, test } from "node:test";
+import { cli, close, hashes, open, value } from "./browser.mjs";
+
+after(close);
+
+const SIZE = [320, 180];
+
+test("a million rays hit the same natively, with vector instructions and without", async () => {
+  const rays = 1_000_000;
+  const structures = ["wide", "bvh2", "grid"];
+  const native = hashes("builtin:bush", rays, 7, ...structures);
+  assert.ok(native.every((hash) => hash === native[0]));
+  for (const form of ["simd", "plain"]) {
+    const { page, ask, close } = await open(`?wasm=${form}`);
+    assert.equal(await page.evaluate(() => document.documentElement.dataset.ready), form);
+    for (const structure of form === "simd" ? structures : ["wide"]) {
+      const { number } = await ask("build", structure);
+      assert.equal(await ask("hash", number, rays, 7), native[0], `${form} ${structure}`);
+    }
+    await close();
+  }
+});
+
+test("the price is that of boxwood cost", async () => {
+  const { page, close } = await open();
+  const { brute_force_flops } = cli("cost");
+  await page.waitForFunction(() => document.querySelector("[data-value=flops]").textContent.includes(","));
+  assert.equal((await value(page, "price", "flops")).replaceAll(",", ""), String(brute_force_flops));
+  assert.equal(brute_force_flops, 995_328_000_000);
+  await close();
+});
+
+test("the work of a frame is that of boxwood cost, for each structure", async () => {
+  const { ask, close } = await open();
+  const { scene } = cli("cost", "builtin:bush", "--size", SIZE.join("x"));
+  for (const [structure, name] of [["bvh2", "bvh2 binned aabb"], ["wide", "wide binned"], ["grid", "grid"]]) {
+    const { number } = await ask("build", structure);
+    const numbers = Object.values(await ask("heat", SIZE, number, 0, SIZE[1]));
+    const sum = (k) => numbers.reduce((total, n, i) => (i % 3 === k ? total + n : total), 0);
+    const row = scene.structures.find((row) => row.name === name);
+    assert.ok(row, `${name} among ${scene.structures.map((row) => row.name)}`);
+    if (structure !== "grid") assert.equal(sum(0), row.box_tests, name);
+    assert.equal(sum(1), row.primitive_tests, name);
+    assert.equal(sum(2), row.flops, name);
+  }
+  await close();
+});
+
+test("every step of a walk is that of boxwood explain", async () => {
+  const { ask, close } = await open();
+  const fields = ["depth", "step", "node", "parent", "leaf_of", "near", "far", "verdict", "flops", "prim", "leaf", "t", "u", "v", "edges", "signs", "cell", "enter", "t_next", "prims", "best_t"];
+  for (const [structure, builder] of [["bvh2", "binned"], ["bvh2", "median"], ["wide", "binned"], ["grid", "binned"]]) {
+    const { number } = await ask("build", structure, builder);
+    for (const [x, y] of [[160, 90], [101, 63], [5, 4]]) {
+      const here = await ask("walk", SIZE, number, x, y);
+      const there = cli("explain", "builtin:bush", "--size", SIZE.join("x"), "--pixel", `${x},${y}`, "--structure", structure, "--builder", builder);
+      assert.deepEqual(here.counts, there.counts);
+      assert.deepEqual(here.hit, there.hit);
+      assert.equal(here.steps.length, there.steps.length);
+      const common = (step) => Object.fromEntries(fields.filter((name) => name in step).map((name) => [name, step[name]]));
+      assert.deepEqual(here.steps.map(common), there.steps.map(common), `${structure} ${builder} ${x},${y}`);
+    }
+  }
+  await close();
+});
+
+test("the tree is that of boxwood inspect", async () => {
+  const { ask, close } = await open();
+  const there = JSON.stringify(cli("inspect", "builtin:bush", "--structure", "bvh2"));
+  const here = await ask("build", "bvh2");
+  assert.ok(there.includes(`"nodes":${here.nodes}`) && there.includes(String(here.leaves)), `${here.nodes} nodes`);
+  await close();
+});
+
+test("the exercises know their answers", async () => {
+  const { page, close } = await open();
+  const items = page.locator("#exercises li");
+  const answers = ["2,836,684,800", "0.5", "15"];
+  for (const [i, answer] of answers.entries()) {
+    const item = items.nth(i);
+    await item.getByRole("button", { name: "Show" }).click();
+    await page.waitForFunction(([i, answer]) => document.querySelectorAll("#exercises li [role=status]")[i].textContent.startsWith(`${answer}.`), [i, answer]);
+    await item.getByRole("textbox").fill(answer);
+    await item.getByRole("button", { name: "Check" }).click();
+    await page.waitForFunction((i) => document.querySelectorAll("#exercises li [role=status]")[i].textContent.startsWith("✓"), i);
+  }
+  await close();
+});
+
+test("each builder's tree is shown depth by depth, and all six are compared", async () => {
+  const { page, ask, close } = await open();
+  await page.click("text=Build with all six");
+  await page.waitForSelector("[data-figure=build] [data-done]");
+  const { number, leaves, max_depth } = await ask("build", "bvh2", "binned");
+  const deepest = Object.values(await ask("nodes", number, max_depth));
+  assert.equal(deepest.length, 7 * leaves);
+  const cells = await page.$$eval("[data-figure=build] tbody tr", (rows) => rows.map((row) => [...row.children].map((cell) => cell.textContent)));
+  assert.equal(cells.length, 6);
+  console.log(cells.map((row) => `  ${row.join("  ")}`).join("\n"));
+  await close();
+});

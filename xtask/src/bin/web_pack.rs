@@ -1,0 +1,104 @@
+//! Packs the page: glue for the WebAssembly, the plain files, a zip, and a bill of its bytes.
+//!
+//! A program of its own behind the feature `pack`, as its libraries are many and only the page needs them. Called by `cargo
+//! xtask web`: `web-pack FILES PAGE ZIP (WASM NAME)...`.
+#![forbid(unsafe_code)]
+
+use anyhow::{Context, Result, bail, ensure};
+use std::fs;
+use std::io::{Cursor, Write};
+use std::path::{Path, PathBuf};
+use wasm_bindgen_cli_support::Bindgen;
+use zip::{CompressionMethod, DateTime, ZipWriter, write::SimpleFileOptions};
+
+/// What everything together may weigh, compressed.
+const BUDGET: usize = 400_000;
+
+fn main() -> Result<()> {
+    let args: Vec<PathBuf> = std::env::args_os().skip(1).map(PathBuf::from).collect();
+    let [files, page, archive, forms @ ..] = &args[..] else {
+        bail!("web-pack FILES PAGE ZIP (WASM NAME)...");
+    };
+    if page.exists() {
+        fs::remove_dir_all(page)?;
+    }
+    for form in forms.as_chunks::<2>().0 {
+        glue(&form[0], &form[1], &page.join("wasm"))?;
+    }
+    for folder in [".", "js", "js/figures"] {
+        copy(&files.join(folder), &page.join(folder))?;
+    }
+    let mut names = Vec::new();
+    list(page, page, &mut names)?;
+    names.sort();
+    pack(page, &names, archive)
+}
+
+/// Writes `NAME.js` and `NAME_bg.wasm`.
+fn glue(wasm: &Path, name: &Path, folder: &Path) -> Result<()> {
+    let name = name.to_str().context("a name of letters")?;
+    Bindgen::new()
+        .input_path(wasm)
+        .out_name(name)
+        .web(true)?
+        .typescript(false)
+        // The library's default differs from that of the command line.
+        .omit_default_module_path(false)
+        .generate(folder)
+        .with_context(|| format!("no glue for {}", wasm.display()))
+}
+
+/// The page's own files of one folder.
+fn copy(from: &Path, to: &Path) -> Result<()> {
+    fs::create_dir_all(to)?;
+    for entry in fs::read_dir(from).with_context(|| format!("{}", from.display()))? {
+        let path = entry?.path();
+        if let Some(name) = path.file_name()
+            && path.is_file()
+        {
+            fs::copy(&path, to.join(name))?;
+        }
+    }
+    Ok(())
+}
+
+/// All files below `folder`, by their names from `root` on.
+fn list(root: &Path, folder: &Path, names: &mut Vec<String>) -> Result<()> {
+    for entry in fs::read_dir(folder)? {
+        let path = entry?.path();
+        if path.is_dir() {
+            list(root, &path, names)?;
+        } else {
+            let name = path.strip_prefix(root)?.to_str().context("a plain name")?;
+            names.push(name.replace('\\', "/"));
+        }
+    }
+    Ok(())
+}
+
+/// Writes the zip, the same bytes for the same page, and prints what each file weighs in it.
+fn pack(page: &Path, names: &[String], archive: &Path) -> Result<()> {
+    let mut zip = ZipWriter::new(Cursor::new(Vec::new()));
+    let options = SimpleFileOptions::default()
+        .compression_method(CompressionMethod::Deflated)
+        .last_modified_time(DateTime::default());
+    for name in names {
+        zip.start_file(name, options)?;
+        zip.write_all(&fs::read(page.join(name))?)?;
+    }
+    let bytes = zip.finish()?.into_inner();
+    fs::write(archive, &bytes)?;
+    let mut reader = zip::ZipArchive::new(Cursor::new(&bytes))?;
+    for at in 0..reader.len() {
+        let file = reader.by_index_raw(at)?;
+        println!(
+            "{:>9} {:>9}  {}",
+            file.size(),
+            file.compressed_size(),
+            file.name()
+        );
+    }
+    println!("{:>19}  all, compressed (at most {BUDGET})", bytes.len());
+    ensure!(bytes.len() <= BUDGET, "the page is too heavy");
+    Ok(())
+}

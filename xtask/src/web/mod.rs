@@ -1,0 +1,70 @@
+//! The page: Boxwood as WebAssembly beside plain files, and its tests in a browser.
+
+mod serve;
+mod test;
+mod toolchain;
+
+use crate::shell::{command, root, step};
+use anyhow::Result;
+use std::path::PathBuf;
+use toolchain::Toolchain;
+
+pub(crate) use test::run as test;
+
+/// The two forms of the same library, and the compiler's flags for each. The page takes the first that the browser can run.
+const FORMS: [(&str, &str, &str); 2] = [
+    ("simd", "-Ctarget-feature=+simd128", "3"),
+    // For old browsers, that read it once and run it slowly anyway: small.
+    ("plain", "", "s"),
+];
+
+/// `cargo xtask web`: builds the page into `target/web`, and `target/boxwood-web.zip`.
+pub(crate) fn run(args: &[String]) -> Result<()> {
+    build(&Toolchain::find()?)?;
+    println!(
+        "\n{} is the page; any static server shows it",
+        page().display()
+    );
+    if args.iter().any(|arg| arg == "--serve") {
+        let server = serve::start(page(), 8080)?;
+        println!("now at http://{}/ until you press Ctrl+C", server.address);
+        server.wait();
+    }
+    Ok(())
+}
+
+/// Compiles both forms and packs them with the files of `web/`.
+fn build(toolchain: &Toolchain) -> Result<()> {
+    let mut pack = command("cargo", &["run", "--quiet", "--package", "xtask"]);
+    pack.args(["--features", "pack", "--bin", "web-pack", "--"]);
+    pack.args([
+        root().join("web"),
+        page(),
+        page().with_file_name("boxwood-web.zip"),
+    ]);
+    for (name, flags, opt_level) in FORMS {
+        let folder = target().join("wasm").join(name);
+        let mut cargo = toolchain.cargo();
+        cargo
+            .args(["build", "--profile", "web", "--package", "boxwood-web"])
+            .args(["--target", toolchain::TARGET, "--target-dir"])
+            .arg(&folder)
+            .args(toolchain.standard_library())
+            .env("RUSTFLAGS", flags)
+            .env("CARGO_PROFILE_WEB_OPT_LEVEL", opt_level);
+        step(&format!("boxwood-web, {name}"), cargo)?;
+        pack.arg(folder.join(toolchain::TARGET).join("web/boxwood_web.wasm"));
+        pack.arg(name);
+    }
+    step("the page", pack)
+}
+
+/// Where the page is built.
+fn page() -> PathBuf {
+    target().join("web")
+}
+
+/// Where cargo builds.
+fn target() -> PathBuf {
+    std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root().join("target"), PathBuf::from)
+}

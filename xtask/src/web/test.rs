@@ -1,0 +1,40 @@
+//! `cargo xtask web-test`: the page in headless Chromium, against the command line's own numbers.
+
+use super::{build, page, serve, target, toolchain::Toolchain};
+use crate::shell::{command, exists, root, step};
+use anyhow::{Result, ensure};
+
+/// Builds the page and what it is compared with, and runs `web/tests`. Arguments go to Node: names of tests to run alone.
+pub(crate) fn run(args: &[String]) -> Result<()> {
+    let toolchain = Toolchain::find()?;
+    ensure!(
+        exists("node", &["--version"]) && exists(CHROMIUM, &["--version"]) && has_modules(),
+        "the page's tests need Node 20, Chromium and two packages: \
+         `apt-get install nodejs npm chromium`, then `npm install --no-package-lock --prefix web/tests`"
+    );
+    build(&toolchain)?;
+    let mut native = command("cargo", &["build", "--release", "--package", "boxwood-cli"]);
+    native.args(["--package", "boxwood-web", "--bins", "--examples"]);
+    step("what the page is compared with", native)?;
+    let server = serve::start(page(), 0)?;
+    let mut node = command(
+        "node",
+        &["--test", "--test-reporter=spec", "--test-concurrency=1"],
+    );
+    node.args(args)
+        .arg(root().join("web/tests"))
+        .env("PAGE", format!("http://{}/", server.address))
+        .env("CHROMIUM", CHROMIUM)
+        .env("BOXWOOD", target().join("release/boxwood"))
+        .env("HASHES", target().join("release/examples/hashes"));
+    step("the page in a browser", node)
+}
+
+const CHROMIUM: &str = "chromium";
+
+fn has_modules() -> bool {
+    let modules = root().join("web/tests/node_modules");
+    ["playwright-core", "axe-core"]
+        .iter()
+        .all(|name| modules.join(name).exists())
+}
