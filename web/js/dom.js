@@ -49,16 +49,11 @@ export function slider(text, { min, max, step = 1, value, say = String }, input)
 export function tick(text, checked, change) {
   const control = el("input", { type: "checkbox", change: () => change(control.checked) });
   control.checked = checked;
-  const label = el("label", { class: "check" }, control, text);
-  label.control = control;
-  return label;
+  return el("label", { class: "check" }, control, text);
 }
 
-function labelled(text, control) {
-  const label = el("label", {}, text, control);
-  label.control = control;
-  return label;
-}
+/** Labels know their control. */
+const labelled = (text, control) => el("label", {}, text, control);
 
 /** A ledger: `bill(["box tests", "boxes"], ...)`; `.set({ boxes: "18" })`. */
 export function bill(...entries) {
@@ -111,14 +106,14 @@ export function duration(seconds) {
 /** The value of a colour of the style sheet. */
 export const color = (name) => getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
 
-/** A canvas as sharp as the screen. `paint(context, width, height)` runs when it is to be drawn, in CSS pixels. */
-export function board(properties, ratio, paint) {
+/** A canvas as sharp as the screen, as high as `tall(width)`. `paint(context, width, height)` draws when it must, in CSS pixels. */
+export function board(properties, tall, paint) {
   const canvas = el("canvas", properties);
-  canvas.style.aspectRatio = String(ratio);
   const draw = () => {
     const width = canvas.clientWidth;
     if (!width) return;
-    const height = width / ratio;
+    const height = tall(width);
+    canvas.style.height = `${height}px`;
     const scale = Math.min(devicePixelRatio || 1, 3);
     canvas.width = Math.round(width * scale);
     canvas.height = Math.round(height * scale);
@@ -132,7 +127,6 @@ export function board(properties, ratio, paint) {
     asked = true;
     requestAnimationFrame(() => { asked = false; draw(); });
   };
-  canvas.shape = (next) => { ratio = next; canvas.style.aspectRatio = String(next); canvas.paint(); };
   new ResizeObserver(canvas.paint).observe(canvas);
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", canvas.paint);
   return canvas;

@@ -51,8 +51,19 @@ function present() {
   show(at);
 }
 
+/** Where there is no WebAssembly. */
+function standStill() {
+  engine.textContent = "WebAssembly does not run in this browser, so the figures stand still; the text, its numbers and the commands are all here.";
+  engine.className = "bad";
+  document.documentElement.dataset.ready = "still";
+}
+
 async function start() {
-  await ask("names"); // Fails where there is no WebAssembly.
+  try {
+    await ask("names");
+  } catch {
+    return standStill();
+  }
   enliven();
   acceptDrops();
   onChange(() => location.reload());
@@ -67,8 +78,4 @@ async function start() {
 }
 
 if (new URLSearchParams(location.search).has("present")) present();
-start().catch(() => {
-  engine.textContent = "WebAssembly does not run in this browser, so the figures stand still; the text, its numbers and the commands are all here.";
-  engine.className = "bad";
-  document.documentElement.dataset.ready = "still";
-});
+start();

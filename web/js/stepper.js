@@ -7,8 +7,8 @@ export function stepper(label, show) {
   let [at, most] = [0, 0];
   const words = el("span");
   const range = el("input", { type: "range", min: 0, max: 0, step: 1, "aria-label": label, input: () => to(Number(range.value)), keydown: leap });
-  const ends = [button("⏮", () => to(0), { "aria-label": "to the start" }), button("◀", () => to(at - 1), { "aria-label": "one step back" })];
-  const ons = [button("▶", () => to(at + 1), { "aria-label": "one step on" }), button("⏭", () => to(most), { "aria-label": "to the end" })];
+  const ends = [button("|◀", () => to(0), { "aria-label": "to the start" }), button("◀", () => to(at - 1), { "aria-label": "one step back" })];
+  const ons = [button("▶", () => to(at + 1), { "aria-label": "one step on" }), button("▶|", () => to(most), { "aria-label": "to the end" })];
   const element = el("div", { class: "bar" }, ...ends, ...ons, el("label", { class: "grow" }, words, range));
 
   /** Shift makes ten steps of one. */

@@ -36,7 +36,7 @@ export default function build(body) {
     levels.set(depth);
     load();
   });
-  const view = board({ role: "img", "aria-label": "the boxes of the tree at this depth, over the scene" }, SIZE[0] / SIZE[1], paint);
+  const view = board({ role: "img", "aria-label": "the boxes of the tree at this depth, over the scene" }, (width) => (width * SIZE[1]) / SIZE[0], paint);
   const line = tell();
   const ledger = bill(["nodes", "nodes"], ["leaves", "leaves"], ["deepest leaf", "depth"], ["surface area cost", "cost"], ["KiB", "kib"]);
   const rows = BUILDERS.map(([name]) => {

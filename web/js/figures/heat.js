@@ -47,7 +47,7 @@ export default function heat(body) {
     cut.set(split);
     load();
   });
-  const view = board({ tabindex: 0, role: "application", "aria-roledescription": "heat map", "aria-label": "tests of each pixel; arrow keys move the pixel that is read" }, SIZE[0] / SIZE[1], paint);
+  const view = board({ tabindex: 0, role: "application", "aria-roledescription": "heat map", "aria-label": "tests of each pixel; arrow keys move the pixel that is read" }, (width) => (width * SIZE[1]) / SIZE[0], paint);
   let pixel = [160, 90];
   view.addEventListener("pointermove", (event) => {
     const box = view.getBoundingClientRect();
@@ -60,7 +60,7 @@ export default function heat(body) {
     event.preventDefault();
     read([pixel[0] + move[0], pixel[1] + move[1]]);
   });
-  const legend = board({ role: "img", "aria-label": "the scale of colours" }, 14, paintLegend);
+  const legend = board({ role: "img", "aria-label": "the scale of colours" }, () => 38, paintLegend);
   const line = tell();
   const ledger = bill(["left: box tests per ray", "boxes0"], ["left: triangle tests per ray", "prims0"], ["right: box tests per ray", "boxes1"], ["right: triangle tests per ray", "prims1"], ["brute force: triangle tests per ray", "all"]);
   body.append(el("div", { class: "bar" }, scenes.element, ...sides, kinds, logs), scenes.line, view, legend, line,

@@ -28,7 +28,7 @@ export default function race(body) {
   const start = button("Start the race", begin, { class: "main" });
   const copy = button("Copy as JSON", () => navigator.clipboard?.writeText(JSON.stringify(record(), null, 1)).then(() => line.say("Copied."), () => line.say("This browser does not let the page copy.")), { disabled: true });
   const again = button("Reset", () => { state.reset("race"); size = USUAL; sizes.control.value = size; clear(); }, { class: "end" });
-  const view = board({ role: "img", "aria-label": "time per frame of each structure" }, 3.2, paint);
+  const view = board({ role: "img", "aria-label": "time per frame of each structure" }, (width) => Math.max(190, width / 3.4), paint);
   const line = tell();
   const rows = RUNNERS.map(([name, words]) => {
     const cells = Object.fromEntries(["ms", "fps", "boxes", "prims", "build", "same"].map((column) => [column, el("td", { "data-value": `${name}.${column}` }, "–")]));

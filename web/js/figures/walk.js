@@ -42,7 +42,7 @@ export default function walk(body) {
     ways.control.value = way;
     load();
   }, { class: "end" });
-  const view = board({ tabindex: 0, role: "application", "aria-roledescription": "picture", "aria-label": "the scene; arrow keys move the pixel whose ray is walked" }, SIZE[0] / SIZE[1], paintView);
+  const view = board({ tabindex: 0, role: "application", "aria-roledescription": "picture", "aria-label": "the scene; arrow keys move the pixel whose ray is walked" }, (width) => (width * SIZE[1]) / SIZE[0], paintView);
   view.addEventListener("click", (event) => {
     const box = view.getBoundingClientRect();
     go([((event.clientX - box.left) / box.width) * SIZE[0], ((event.clientY - box.top) / box.height) * SIZE[1]]);
@@ -54,7 +54,7 @@ export default function walk(body) {
     event.preventDefault();
     go([pixel[0] + move[0], pixel[1] + move[1]]);
   });
-  const along = board({ role: "img", "aria-label": "each test as a stretch of the ray" }, 3, paintAlong);
+  const along = board({ role: "img", "aria-label": "each test as a stretch of the ray" }, (width) => Math.max(170, width / 3.4), paintAlong);
   const steps = stepper("step of the walk", show);
   const line = tell();
   const code = program(...LINES);

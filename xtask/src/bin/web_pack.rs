@@ -95,7 +95,7 @@ fn pack(page: &Path, names: &[String], archive: &Path) -> Result<()> {
             "{:>9} {:>9}  {}",
             file.size(),
             file.compressed_size(),
-            file.name()
+            file.name()?
         );
     }
     println!("{:>19}  all, compressed (at most {BUDGET})", bytes.len());
