@@ -1,9 +1,5 @@
 //! What JavaScript calls. Objects go over as JSON, numbers of pixels as typed arrays, errors as exceptions with one sentence.
 
-#![expect(
-    unsafe_code,
-    reason = "wasm_bindgen writes the glue; nothing here is unsafe by hand"
-)]
 
 use serde::Serialize;
 use wasm_bindgen::prelude::*;
