@@ -51,17 +51,15 @@ test("the work of a frame is that of boxwood cost, for each structure", async ()
 
 test("every step of a walk is that of boxwood explain", async () => {
   const { ask, close } = await open();
-  const fields = ["depth", "step", "node", "parent", "leaf_of", "near", "far", "verdict", "flops", "prim", "leaf", "t", "u", "v", "edges", "signs", "cell", "enter", "t_next", "prims", "best_t"];
   for (const [structure, builder] of [["bvh2", "binned"], ["bvh2", "median"], ["wide", "binned"], ["grid", "binned"]]) {
     const { number } = await ask("build", structure, builder);
     for (const [x, y] of [[160, 90], [101, 63], [5, 4]]) {
       const here = await ask("walk", SIZE, number, x, y);
       const there = cli("explain", "builtin:bush", "--size", SIZE.join("x"), "--pixel", `${x},${y}`, "--structure", structure, "--builder", builder);
-      assert.deepEqual(here.counts, there.counts);
-      assert.deepEqual(here.hit, there.hit);
-      assert.equal(here.steps.length, there.steps.length);
-      const common = (step) => Object.fromEntries(fields.filter((name) => name in step).map((name) => [name, step[name]]));
-      assert.deepEqual(here.steps.map(common), there.steps.map(common), `${structure} ${builder} ${x},${y}`);
+      assert.deepEqual([here.counts, here.hit, here.ray], [there.counts, there.hit, there.ray]);
+      // How far eight boxes are padded depends on the instruction set; what becomes of them does not.
+      const plain = ({ near, far, ...step }) => (structure === "wide" ? step : { near, far, ...step });
+      assert.deepEqual(here.steps.map(plain), there.steps.map(plain), `${structure} ${builder} ${x},${y}`);
     }
   }
   await close();

@@ -1,6 +1,5 @@
 //! What JavaScript calls. Objects go over as JSON, numbers of pixels as typed arrays, errors as exceptions with one sentence.
 
-
 use serde::Serialize;
 use wasm_bindgen::prelude::*;
 

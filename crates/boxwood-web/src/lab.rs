@@ -322,9 +322,12 @@ mod tests {
         assert!(whole.iter().copied().eq(rows));
         let walk = lab.walk(bvh, 20, 12).unwrap();
         let pixel = 3 * (12 * 40 + 20);
-        assert_eq!(walk.counts.box_tests, u64::from(whole[pixel]));
-        assert_eq!(walk.counts.primitive_tests, u64::from(whole[pixel + 1]));
-        assert_eq!(walk.counts.flops, u64::from(whole[pixel + 2]));
+        assert_eq!(walk.trace.counts.box_tests, u64::from(whole[pixel]));
+        assert_eq!(
+            walk.trace.counts.primitive_tests,
+            u64::from(whole[pixel + 1])
+        );
+        assert_eq!(walk.trace.counts.flops, u64::from(whole[pixel + 2]));
     }
 
     #[test]

@@ -17,4 +17,4 @@ mod walk;
 pub use hash::{hash_of_hits, hits_hash};
 pub use heat::{HeatScale, heat_codes, heat_scale};
 pub use lab::{Built, CameraSeen, Lab, Seen, Shot, structure_names};
-pub use walk::{CountsAnswer, HitAnswer, StepKind, WalkAnswer, WalkStep};
+pub use walk::WalkAnswer;

@@ -34,7 +34,7 @@ export default function race(body) {
     const cells = Object.fromEntries(["ms", "fps", "boxes", "prims", "build", "same"].map((column) => [column, el("td", { "data-value": `${name}.${column}` }, "–")]));
     return { cells, row: el("tr", {}, el("th", { scope: "row" }, words), ...Object.values(cells)) };
   });
-  const heads = ["", "time per frame", "frames a second", "box tests per ray", "triangle tests per ray", "build", "same answer"].map((text) => el("th", { scope: "col" }, text));
+  const heads = ["structure", "time per frame", "frames a second", "box tests per ray", "triangle tests per ray", "build", "same answer"].map((text) => el("th", { scope: "col" }, text));
   const table = el("table", {}, el("thead", {}, el("tr", {}, ...heads)), el("tbody", {}, ...rows.map(({ row }) => row)));
   body.append(el("div", { class: "bar" }, scenes.element, sizes, start, copy, again), scenes.line, view, line,
     el("div", { class: "scroll", tabindex: 0, role: "region", "aria-label": "the results of the race" }, table));

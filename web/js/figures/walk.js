@@ -106,7 +106,7 @@ export default function walk(body) {
     const now = done.at(-1);
     const tested = (kind) => done.filter((step) => step.step === kind && step.verdict !== "dropped").length;
     ledger.set({ boxes: count(tested("box")), prims: count(tested("primitive")), flops: count(done.reduce((sum, step) => sum + step.flops, 0)), all: count(scene.triangles) });
-    waiting.replaceChildren("waiting: ", ...(now?.waiting.length ? now.waiting.map((node) => el("span", { class: "n" }, String(node))) : ["nothing"]));
+    waiting.replaceChildren("waiting: ", ...(now?.stack_after.length ? now.stack_after.map((node) => el("span", { class: "n" }, String(node))) : ["nothing"]));
     code.run(at === answer.steps.length ? 5 : lineOf(now));
     line.say(sentence(now));
     state.set("walk.step", at);
@@ -130,7 +130,7 @@ export default function walk(body) {
     }
     const kind = step.leaf_of ? `leaf ${step.node} of ${step.leaf_of} triangles` : `box ${step.node}`;
     if (step.verdict === "dropped") return `Step ${at}: ${kind} had waited; by now a closer hit is known, so it is dropped without a test.${end}`;
-    const inside = step.near <= step.far ? `the ray is inside from t ${short(step.near)} to ${short(step.far)}` : "the three slabs do not overlap";
+    const inside = step.near != null && step.near <= step.far ? `the ray is inside from t ${short(step.near)} to ${short(step.far)}` : "the three slabs do not overlap";
     return `Step ${at}: ${kind} ${LOOKS[step.verdict][2]}; ${inside}.${end}`;
   }
 
@@ -146,11 +146,12 @@ export default function walk(body) {
     const latest = done.findLastIndex((step) => step.step === "box");
     done.forEach((step, i) => {
       const isNow = i === at - 1;
-      if (step.step === "box" && step.bounds) {
+      const points = answer.points[i];
+      if (step.step === "box" && points.length === 2) {
         const [name, dashes] = LOOKS[step.verdict];
-        outline(context, project, edges(step.bounds), PAINTS[name], dashes, isNow || i === latest ? 2.5 : 1, isNow || i === latest ? 1 : 0.35);
-      } else if (step.corners) {
-        const [a, b, c] = step.corners;
+        outline(context, project, edges(points), PAINTS[name], dashes, isNow || i === latest ? 2.5 : 1, isNow || i === latest ? 1 : 0.35);
+      } else if (points.length === 3) {
+        const [a, b, c] = points;
         outline(context, project, [[a, b], [b, c], [c, a]], PAINTS.hit, [], isNow ? 3 : 1.5, 1);
       }
     });
@@ -185,8 +186,8 @@ export default function walk(body) {
   function paintAlong(context, width, height) {
     if (!answer) return;
     const left = 4, right = width - 4, top = 4, bottom = height - 20;
-    const met = answer.steps.filter((step) => step.step === "box" && step.near <= step.far && step.far > 0);
-    const ends = met.map((step) => step.far).filter(Number.isFinite);
+    const met = answer.steps.filter((step) => step.step === "box" && step.near != null && step.far != null && step.near <= step.far && step.far > 0);
+    const ends = met.map((step) => step.far);
     const end = Math.max(...ends, answer.hit?.t ?? 0, 1e-30) * 1.03;
     const start = Math.max(0, Math.min(...met.map((step) => Math.max(step.near, 0)), answer.hit?.t ?? Infinity) * 0.97) || 0;
     const x = (t) => left + ((Math.min(Math.max(t, start), end) - start) / (end - start || 1)) * (right - left);

@@ -123,7 +123,7 @@ fn cell_steps(steps: &[Step]) -> Vec<CellStep> {
                     cell.best_t = Some(found.t);
                 }
             }
-            Step::Volume(_) | Step::Instance(_) => {}
+            _ => {}
         }
     }
     cells
