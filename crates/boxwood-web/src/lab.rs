@@ -312,8 +312,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_whole_frame_of_the_bush_counts_as_row_by_row() {
-        let mut lab = Lab::open("builtin:bush?n=2000", None).unwrap();
+    fn the_whole_frame_counts_as_row_by_row_and_as_each_walk() {
+        let mut lab = Lab::open("builtin:sphere?n=2000", None).unwrap();
         lab.look(40, 24).unwrap();
         let bvh = lab.build("bvh2", "binned").unwrap().number;
         let whole = lab.heat(bvh, 0, 24).unwrap();

@@ -42,6 +42,8 @@ fn glue(wasm: &Path, name: &Path, folder: &Path) -> Result<()> {
         .out_name(name)
         .web(true)?
         .typescript(false)
+        .remove_name_section(true)
+        .remove_producers_section(true)
         // The library's default differs from that of the command line.
         .omit_default_module_path(false)
         .generate(folder)
