@@ -10,10 +10,11 @@ import grid from "./figures/grid.js";
 import heat from "./figures/heat.js";
 import price from "./figures/price.js";
 import race from "./figures/race.js";
+import split from "./figures/split.js";
 import triangle from "./figures/triangle.js";
 import walk from "./figures/walk.js";
 
-const FIGURES = { boxes, build, exercises, grid, heat, price, race, triangle, walk };
+const FIGURES = { boxes, build, exercises, grid, heat, price, race, split, triangle, walk };
 const engine = document.getElementById("engine");
 
 /** Replaces the still text of each figure by the figure. */
@@ -55,6 +56,8 @@ function present() {
 function standStill() {
   engine.textContent = "WebAssembly does not run in this browser, so the figures stand still; the text, its numbers and the commands are all here.";
   engine.className = "bad";
+  // Scripts run here, so the browser hides what is for readers without them.
+  for (const hidden of document.querySelectorAll("noscript.picture")) hidden.insertAdjacentHTML("afterend", hidden.textContent);
   document.documentElement.dataset.ready = "still";
 }
 

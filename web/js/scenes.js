@@ -1,7 +1,7 @@
 // The scene that the figures share, and the ways to another one: a list, a file, a drop.
 
 import { ask } from "./lab.js";
-import { choice, count, el } from "./dom.js";
+import { board, choice, count, el } from "./dom.js";
 import * as state from "./state.js";
 
 const BUILT_IN = [
@@ -15,8 +15,10 @@ const BUILT_IN = [
 ];
 const USUAL = "bush";
 
-/** The size of the shared pictures. */
+/** The size of the pictures whose pixels are counted and walked. */
 export const SIZE = [320, 180];
+/** The same picture finer, one after the other, once the figures have their numbers. */
+const FINER = [[640, 360], [1280, 720]];
 
 /** What is open: as the worker tells it, and the picture. Null until the first is. */
 export let scene = null;
@@ -36,13 +38,13 @@ export function open(name, bytes) {
     tell(`Opening ${name} …`);
     try {
       const seen = await ask("open", bytes ? name : `builtin:${name}`, bytes);
-      const pixels = await ask("picture", SIZE);
-      const picture = await createImageBitmap(new ImageData(new Uint8ClampedArray(pixels.buffer), ...SIZE));
-      scene = { ...seen, title: bytes ? name : `builtin:${name}`, picture };
-      if (!bytes) state.set("scene", name);
+      scene = { ...seen, title: bytes ? name : `builtin:${name}`, picture: await traced(SIZE) };
+      performance.mark("first picture");
+      if (!bytes && isListed(name)) state.set("scene", name);
       tell([`${scene.title}: ${count(seen.triangles)} triangles.`, ...seen.warnings].join(" "));
-      for (const picker of pickers) picker.chosen(bytes ? "" : name, scene.title);
+      for (const picker of pickers) picker.chosen(bytes || !isListed(name) ? "" : name, scene.title);
       for (const listener of listeners) listener(scene);
+      refine(scene);
     } catch (error) {
       tell(`${error.message}${scene ? ` — ${scene.title} stays` : ""}`, true);
     }
@@ -50,11 +52,56 @@ export function open(name, bytes) {
   return opening;
 }
 
-/** Opens what the address says. */
-export function openFirst() {
-  const wanted = state.get("scene", USUAL);
-  return open(BUILT_IN.some(([name]) => name === wanted) ? wanted : USUAL);
+async function traced(size) {
+  const pixels = await ask("picture", size);
+  return createImageBitmap(new ImageData(new Uint8ClampedArray(pixels.buffer), ...size));
 }
+
+/** Draws the picture of `shown` finer and finer, as long as it is the open scene. */
+async function refine(shown) {
+  for (const size of FINER) {
+    // Whatever the figures ask meanwhile comes first.
+    await new Promise((done) => setTimeout(done, 300));
+    if (scene !== shown) return;
+    const picture = await traced(size).catch(() => null);
+    if (scene !== shown || !picture) return;
+    shown.picture = picture;
+    for (const canvas of shows) canvas.paint();
+  }
+}
+
+/** Boards that show the scene. */
+const shows = new Set();
+
+/** A board that is painted over the scene's picture, dimmed by `shade`, and again when the picture becomes finer. */
+export function sceneBoard(properties, shade, paint) {
+  const canvas = board(properties, (width) => (width * SIZE[1]) / SIZE[0], (context, width, height) => {
+    if (!scene) return;
+    // Pixels stay pixels, as long as there are fewer than on the screen.
+    context.imageSmoothingEnabled = scene.picture.width > width;
+    context.imageSmoothingQuality = "high";
+    context.drawImage(scene.picture, 0, 0, width, height);
+    context.fillStyle = `rgb(0 0 0 / ${shade})`;
+    context.fillRect(0, 0, width, height);
+    paint(context, width, height);
+  });
+  shows.add(canvas);
+  return canvas;
+}
+
+/** Opens what the address says: `?open=NAME`, built in or the model that is served beside the page, else a built-in scene of the list. */
+export async function openFirst() {
+  const own = new URLSearchParams(location.search).get("open");
+  if (own?.startsWith("builtin:")) return open(own.slice("builtin:".length));
+  if (own) {
+    const answer = await fetch("model").catch(() => null);
+    if (answer?.ok) return open(own, new Uint8Array(await answer.arrayBuffer()));
+  }
+  const wanted = state.get("scene", USUAL);
+  return open(isListed(wanted) ? wanted : USUAL);
+}
+
+const isListed = (name) => BUILT_IN.some(([one]) => one === name);
 
 function tell(text, bad = false) {
   for (const picker of pickers) {

@@ -48,7 +48,8 @@ const questions = {
     return { ...built, ms: times[built.number] };
   },
   nodes: (_, number, depth) => the().nodes(number, depth),
-  picture: (_, shape) => { look(shape); return the().picture(); },
+  picture: (_, shape) => the().picture(...shape),
+  steps: (_, number, limit) => JSON.parse(the().steps(number, limit)),
   heat: (_, shape, number, y, rows) => { look(shape); return the().heat(number, y, rows); },
   /** The clock runs inside, so that messages cost nothing. */
   shoot: (_, shape, number, y, rows) => {

@@ -65,11 +65,49 @@ test("every step of a walk is that of boxwood explain", async () => {
   await close();
 });
 
+test("every step of a build is that of boxwood build --trace", async () => {
+  const { page, ask, close } = await open();
+  for (const builder of ["median", "midpoint", "binned", "sweep", "morton"]) {
+    const { number } = await ask("build", "bvh2", builder);
+    const here = await ask("steps", number, 200);
+    const there = cli("build", "builtin:bush", "--structure", "bvh2", "--builder", builder, "--steps", "200");
+    for (const key of Object.keys(here)) assert.deepEqual(here[key], there[key], `${builder} ${key}`);
+    assert.equal(here.steps.length, 200);
+  }
+  // And what the figure says of a step is what the step says.
+  const there = cli("build", "builtin:bush", "--structure", "bvh2", "--builder", "binned", "--steps", "200");
+  await page.waitForFunction(() => document.querySelector("[data-figure=split] .unseen").textContent.includes("Step 1:"));
+  assert.equal(await value(page, "split", "set"), there.steps[0].count.toLocaleString("en-US"));
+  assert.equal(await value(page, "split", "weighed"), String(there.steps[0].weighed));
+  assert.equal(await value(page, "split", "all"), there.steps_total.toLocaleString("en-US"));
+  await close();
+});
+
 test("the tree is that of boxwood inspect", async () => {
   const { ask, close } = await open();
   const there = JSON.stringify(cli("inspect", "builtin:bush", "--structure", "bvh2"));
   const here = await ask("build", "bvh2");
   assert.ok(there.includes(`"nodes":${here.nodes}`) && there.includes(String(here.leaves)), `${here.nodes} nodes`);
+  await close();
+});
+
+test("the numbers in the running text are the command line's", async () => {
+  const { page, close } = await open("", {}, (page) => page.route("**/*.wasm", (route) => route.abort()));
+  const text = (figure) => page.textContent(`[data-figure=${figure}] .still`);
+  const tests = (scene, name) => {
+    const { structures } = cli("cost", scene, "--size", SIZE.join("x")).scene;
+    const { rays, box_tests, primitive_tests } = structures.find((row) => row.name === name);
+    return [box_tests / rays, primitive_tests / rays];
+  };
+  const near = (said, is) => assert.ok(Math.abs(said / is - 1) < 0.1, `${said} is said, ${is} is so`);
+  const numbers = (words) => [...words.matchAll(/\d[\d,]*/g)].map(([digits]) => Number(digits.replaceAll(",", "")));
+  const [, boxes, triangles] = numbers(await text("walk"));
+  const bush = tests("builtin:bush", "bvh2 binned aabb");
+  near(boxes, bush[0]);
+  near(triangles, bush[1]);
+  const [grid, tree] = numbers(await text("heat"));
+  near(grid, tests("builtin:stadium", "grid")[1]);
+  near(tree, tests("builtin:stadium", "bvh2 binned aabb")[1]);
   await close();
 });
 

@@ -1,16 +1,22 @@
 // What a reader meets: with a mouse, with keys alone, on a phone, without WebAssembly, with files of their own.
 
 import assert from "node:assert/strict";
-import { readFileSync } from "node:fs";
+import { mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
 import { createRequire } from "node:module";
 import { after, test } from "node:test";
-import { close, open } from "./browser.mjs";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import { close, nativeRace, open, serve } from "./browser.mjs";
 
 after(close);
 
 const AXE = readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
 const told = (page, figure) => page.textContent(`[data-figure=${figure}] .unseen[role=status]`);
-const walkIsAt = (page, words) => page.waitForFunction((words) => document.querySelector("[data-figure=walk] .unseen").textContent.includes(words), words);
+const tells = (figure) => (page, words) => page.waitForFunction(([figure, words]) => document.querySelector(`[data-figure=${figure}] .unseen`).textContent.includes(words), [figure, words]);
+const walkIsAt = tells("walk");
+const buildIsAt = tells("split");
+/** Seconds until the first picture, in a browser that has the machine to itself. */
+const FIRST_PICTURE = 10;
 
 /** Waits until every figure that works by itself has its numbers. */
 async function settled(page) {
@@ -23,21 +29,29 @@ test("it loads without an error and without a request to anywhere else", async (
   const { page, faults, close } = await open();
   await settled(page);
   assert.deepEqual(faults, []);
-  const first = await page.evaluate(() => performance.now());
-  console.log(`  all figures stand after ${(first / 1000).toFixed(1)} s`);
+  const [first, all] = await page.evaluate(() => [performance.getEntriesByName("first picture")[0].startTime / 1000, performance.now() / 1000]);
+  console.log(`  the first picture is there after ${first.toFixed(1)} s, all figures after ${all.toFixed(1)} s`);
+  assert.ok(first < FIRST_PICTURE, `${first} s`);
   await close();
 });
 
-test("the race ends, with the same answer for all", async () => {
-  const { page, faults, close } = await open();
-  await page.click("text=Start the race");
-  await page.waitForSelector("[data-figure=race] [data-done]");
-  const cells = await page.$$eval("[data-figure=race] tbody tr", (rows) => rows.map((row) => row.textContent));
-  console.log(cells.map((text) => `  ${text}`).join("\n"));
-  for (const name of ["grid", "bvh2", "wide"]) assert.equal(await page.textContent(`[data-value="${name}.same"]`), "yes, every bit");
-  assert.deepEqual(faults, []);
-  await close();
-});
+for (const size of ["320x180", "640x360"]) {
+  test(`the race at ${size} ends, with the same answer for all`, async () => {
+    const { page, faults, close } = await open(`#v=1&race.size=${size}`);
+    await page.click("text=Start the race");
+    await page.waitForSelector("[data-figure=race] [data-done]");
+    const text = (cell) => page.textContent(`[data-value="${cell}"]`);
+    const names = ["list", "grid", "bvh2", "wide"];
+    const native = nativeRace("builtin:bush", size, ...names);
+    for (const [i, name] of names.entries()) {
+      const fps = Number((await text(`${name}.fps`)).replaceAll(",", ""));
+      console.log(`  ${name}: ${await text(`${name}.ms`)} a frame, ${fps} a second, ${((fps * native[i]) / 1000).toFixed(2)} of native on one thread`);
+      if (name !== "list") assert.equal(await text(`${name}.same`), "yes, every bit");
+    }
+    assert.deepEqual(faults, []);
+    await close();
+  });
+}
 
 test("the address holds the state and gives it back", async () => {
   const { page, close } = await open("#v=1&scene=cornell&walk.px=100,50&walk.step=3&walk.way=bvh2+median&price.n=1&price.size=640x360");
@@ -74,6 +88,37 @@ test("keys alone go through the walk, and every step is told", async () => {
   await close();
 });
 
+test("keys alone go through a build, and every step is told", async () => {
+  const { page, close } = await open("#v=1&scene=cornell&split.builder=sweep");
+  await buildIsAt(page, "Step 1:");
+  const range = page.getByRole("slider", { name: "step of the build" });
+  await range.focus();
+  await page.keyboard.press("Home");
+  await buildIsAt(page, "Nothing is built yet");
+  const most = Number(await range.getAttribute("max"));
+  assert.ok(most > 10);
+  for (let step = 1; step <= most; step++) {
+    await page.keyboard.press("ArrowRight");
+    await buildIsAt(page, `Step ${step}:`);
+    assert.match(await told(page, "split"), /split at|leaf/);
+  }
+  assert.match(await page.evaluate(() => location.hash), /split\.step=/);
+  await close();
+});
+
+test("boxwood view --web opens the page with the model that it was given", async () => {
+  const folder = mkdtempSync(join(tmpdir(), "boxwood-"));
+  const file = join(folder, "a roof.obj");
+  writeFileSync(file, "v 0 0 0\nv 4 0 0\nv 4 3 1\nv 0 3 1\nf 1 2 3\nf 1 3 4\n");
+  const server = await serve(file);
+  const { page, faults, close } = await open(server.url);
+  await page.waitForFunction(() => document.querySelector("[data-figure=walk] p[role=status]").textContent.includes("a roof.obj: 2 triangles"));
+  assert.deepEqual(faults, []);
+  await close();
+  server.close();
+  rmSync(folder, { recursive: true });
+});
+
 test("files are taken from the reader: a good one, a broken one, an empty one", async () => {
   const { page, faults, close } = await open();
   const drop = (name, text) => page.evaluate(([name, text]) => {
@@ -108,6 +153,9 @@ test("a reader without WebAssembly gets text, numbers and commands", async () =>
   assert.equal(await page.evaluate(() => document.documentElement.dataset.ready), "still");
   assert.match(await page.textContent("#engine"), /stand still/);
   assert.match(await page.textContent("[data-figure=price]"), /995,328,000,000/);
+  const picture = page.getByAltText("A bush in a pot");
+  await picture.scrollIntoViewIfNeeded();
+  assert.ok(await picture.evaluate((image) => image.decode().then(() => image.naturalWidth > 0)));
   await close();
 });
 

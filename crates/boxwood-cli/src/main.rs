@@ -11,6 +11,8 @@ mod frame_rate;
 mod measure;
 mod memory;
 mod output;
+#[cfg(feature = "view")]
+mod page;
 mod progress;
 mod save;
 mod terminal;

@@ -33,7 +33,8 @@ impl WalkTrace {
         lines.join("\n")
     }
 
-    fn answer(&self) -> String {
+    /// `hit: triangle 3 at t = 2.5, u = 0.25, v = 0.5`, or `no hit`.
+    pub fn answer(&self) -> String {
         let Some(hit) = &self.hit else {
             return "no hit".to_owned();
         };
@@ -46,7 +47,8 @@ impl WalkTrace {
         )
     }
 
-    fn cost(&self) -> String {
+    /// The tests of all steps together, with flops and bytes.
+    pub fn cost(&self) -> String {
         let counts = &self.counts;
         format!(
             "{} box tests, {} boxes or cells entered; {} triangle tests; {} flop, {} bytes read",

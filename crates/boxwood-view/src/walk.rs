@@ -2,11 +2,8 @@
 
 use std::collections::HashMap;
 
-use boxwood::{
-    Aabb, Ray, Scene, Step, Walk,
-    geom::PreparedRay,
-    query::{CellVisit, NodeInfo, PrimitiveTest, PrimitiveVerdict, VolumeTest, VolumeVerdict},
-};
+use boxwood::{Aabb, Ray, Scene, geom::PreparedRay, query::NodeInfo};
+use boxwood_trace::{BoxVerdict, Event, PrimitiveVerdict, WalkStep, WalkTrace};
 
 use crate::{
     canvas::{BLUE, Canvas, Color, GREEN, GREY, ORANGE, Stroke, WHITE, YELLOW},
@@ -18,12 +15,14 @@ use crate::{
 const TRAIL: usize = 400;
 /// Lines of the list of steps before the one at work, and after it.
 const AROUND: usize = 7;
+/// Letters of a line; the step at work is told in full.
+const LETTERS: usize = 56;
 
 /// A ray, and how it found its answer.
 #[derive(Debug)]
 pub(crate) struct Picked {
     pub(crate) ray: Ray,
-    walk: Walk,
+    walk: WalkTrace,
     /// What each step looked at.
     shapes: Vec<Shape>,
     /// Steps that are done.
@@ -42,20 +41,20 @@ enum Shape {
 impl Picked {
     /// Asks the structure how it answers `ray`; the first step is done.
     pub(crate) fn new(built: &Built, ray: Ray) -> Self {
-        let walk = built.scene.explain(&ray);
+        let walk = boxwood_trace::walk(&built.scene, &ray);
         let boxes = Boxes::of(built);
-        let shape = |step: &Step| match step {
-            Step::Volume(test) => boxes.node(test.node),
-            Step::Turn(node) => boxes.node(*node),
-            Step::Cell(visit) => boxes.cell(visit.cell),
-            Step::Primitive(test) => match built.scene.triangle_in_scene(test.prim) {
+        let shape = |step: &WalkStep| match &step.event {
+            Event::Box(test) => boxes.node(test.node),
+            Event::Cell(visit) => boxes.cell(visit.cell),
+            Event::Primitive(test) => match built.scene.triangle_in_scene(test.prim) {
                 Some(triangle) => Shape::Triangle(triangle.0),
                 None => Shape::None,
             },
-            Step::Instance(_) => Shape::None,
+            Event::Instance(_) => Shape::None,
         };
         let end = walk
             .hit
+            .as_ref()
             .map(|hit| hit.t)
             .or_else(|| leaves(&built.scene, &ray));
         Self {
@@ -115,39 +114,73 @@ impl Picked {
         }
     }
 
-    /// The steps around the one at work, and the answer.
+    /// The steps around the one at work, that one in full, who waits, and the answer.
     pub(crate) fn lines(&self) -> Vec<(String, Color)> {
+        let steps = &self.walk.steps;
         let mut lines = vec![(self.place(), WHITE)];
         let at = self.done.saturating_sub(1);
-        let last = (at.saturating_sub(AROUND) + 2 * AROUND + 1).min(self.walk.steps.len());
+        let last = (at.saturating_sub(AROUND) + 2 * AROUND + 1).min(steps.len());
         let first = last.saturating_sub(2 * AROUND + 1);
-        for number in first..last {
-            let step = &self.walk.steps[number];
+        for (number, step) in steps.iter().enumerate().take(last).skip(first) {
             let (mark, color) = match number {
                 n if n == at => (">", pen_of(step).color),
                 n if n < at => (" ", pen_of(step).color),
                 _ => (" ", GREY),
             };
-            lines.push((format!("{mark} {:>4}  {}", number + 1, tell(step)), color));
+            let text = cut(&step.event.to_string());
+            lines.push((format!("{mark} {:>4}  {text}", number + 1), color));
         }
-        let counts = &self.walk.counts;
-        lines.push((
-            format!(
-                "{} boxes, {} triangles tested",
-                counts.boxes.max(counts.nodes),
-                counts.prims
-            ),
-            WHITE,
-        ));
-        lines.push((
-            match self.walk.hit {
-                Some(hit) => format!("hit: triangle {} at t {}", hit.prim, hit.t),
-                None => "no hit".to_owned(),
-            },
-            WHITE,
-        ));
+        if let Some(step) = steps.get(at) {
+            lines.push((String::new(), WHITE));
+            lines.extend(told(step).into_iter().map(|line| (line, WHITE)));
+        }
+        lines.push((String::new(), WHITE));
+        lines.extend(
+            [self.walk.answer(), self.walk.cost()]
+                .iter()
+                .flat_map(|text| wrapped(text))
+                .map(|line| (line, WHITE)),
+        );
         lines
     }
+}
+
+/// A step in full: what was done, and which nodes wait after it.
+fn told(step: &WalkStep) -> Vec<String> {
+    let waiting = match &step.stack_after[..] {
+        [] => "nothing waits".to_owned(),
+        nodes => {
+            let numbers: Vec<String> = nodes.iter().rev().map(u32::to_string).collect();
+            format!("waiting: {}", numbers.join(" "))
+        }
+    };
+    let mut lines = wrapped(&step.event.to_string());
+    lines.extend(wrapped(&waiting).into_iter().take(2));
+    lines
+}
+
+/// The beginning of a text that is too long.
+fn cut(text: &str) -> String {
+    match text.char_indices().nth(LETTERS) {
+        Some((end, _)) => format!("{}...", text[..end].trim_end()),
+        None => text.to_owned(),
+    }
+}
+
+/// Lines that are not much longer than [`LETTERS`], broken between words.
+fn wrapped(text: &str) -> Vec<String> {
+    let mut lines = vec![String::new()];
+    for word in text.split(' ') {
+        match lines.last_mut() {
+            Some(line) if line.is_empty() => line.push_str(word),
+            Some(line) if line.len() + word.len() < LETTERS => {
+                line.push(' ');
+                line.push_str(word);
+            }
+            _ => lines.push(format!("  {word}")),
+        }
+    }
+    lines
 }
 
 /// Where a ray leaves the bounds of a scene, if it meets them.
@@ -157,20 +190,20 @@ fn leaves(scene: &Scene, ray: &Ray) -> Option<f32> {
 }
 
 /// Colour and stroke both say what became of a step.
-fn pen_of(step: &Step) -> Pen {
-    let (color, stroke) = match step {
-        Step::Volume(test) => match test.verdict {
-            VolumeVerdict::Enter => (GREEN, Stroke::Solid),
-            VolumeVerdict::Miss => (BLUE, Stroke::Dotted),
-            VolumeVerdict::Farther | VolumeVerdict::Dropped => (ORANGE, Stroke::Dashed),
+fn pen_of(step: &WalkStep) -> Pen {
+    let (color, stroke) = match &step.event {
+        Event::Box(test) => match test.verdict {
+            BoxVerdict::Enter => (GREEN, Stroke::Solid),
+            BoxVerdict::Miss => (BLUE, Stroke::Dotted),
+            BoxVerdict::Farther | BoxVerdict::Dropped => (ORANGE, Stroke::Dashed),
         },
-        Step::Cell(_) | Step::Turn(_) => (GREEN, Stroke::Solid),
-        Step::Primitive(test) => match test.verdict {
+        Event::Cell(_) => (GREEN, Stroke::Solid),
+        Event::Primitive(test) => match test.verdict {
             PrimitiveVerdict::Closest => (YELLOW, Stroke::Solid),
-            PrimitiveVerdict::Farther => (ORANGE, Stroke::Dashed),
+            PrimitiveVerdict::Farther | PrimitiveVerdict::OutOfRange => (ORANGE, Stroke::Dashed),
             PrimitiveVerdict::Miss => (BLUE, Stroke::Dotted),
         },
-        Step::Instance(_) => (WHITE, Stroke::Solid),
+        Event::Instance(_) => (WHITE, Stroke::Solid),
     };
     Pen {
         color,
@@ -186,46 +219,6 @@ pub(crate) const MEANINGS: &[(&str, Color, Stroke)] = &[
     ("culled: too far", ORANGE, Stroke::Dashed),
     ("closest so far", YELLOW, Stroke::Solid),
 ];
-
-/// A step in words.
-fn tell(step: &Step) -> String {
-    match step {
-        Step::Volume(VolumeTest {
-            node,
-            near,
-            far,
-            verdict,
-            ..
-        }) => match verdict {
-            VolumeVerdict::Enter => format!("box {node}: entered, t {near:.4} .. {far:.4}"),
-            VolumeVerdict::Miss => format!("box {node}: missed"),
-            VolumeVerdict::Farther => format!("box {node}: behind the hit, from t {near:.4}"),
-            VolumeVerdict::Dropped => format!("box {node}: dropped, a hit is nearer"),
-        },
-        Step::Cell(CellVisit {
-            cell: [x, y, z],
-            enter,
-            prims,
-            ..
-        }) => format!("cell {x},{y},{z}: t {enter:.4}, {prims} triangles"),
-        Step::Primitive(PrimitiveTest {
-            prim,
-            candidate,
-            verdict,
-            ..
-        }) => match (verdict, candidate) {
-            (PrimitiveVerdict::Closest, Some(hit)) => {
-                format!("triangle {prim}: t {:.4}, the closest", hit.t)
-            }
-            (PrimitiveVerdict::Farther, Some(hit)) => {
-                format!("triangle {prim}: t {:.4}, not closer", hit.t)
-            }
-            _ => format!("triangle {prim}: missed"),
-        },
-        Step::Turn(node) => format!("box {node}: its turn"),
-        Step::Instance(visit) => format!("instance {}", visit.instance),
-    }
-}
 
 /// Where the nodes of a structure are.
 struct Boxes<'a> {

@@ -45,8 +45,13 @@ impl JsLab {
     }
 
     /// [`Lab::picture`].
-    pub fn picture(&mut self) -> Result<Vec<u8>, JsError> {
-        self.0.picture().map_err(exception)
+    pub fn picture(&mut self, width: u32, height: u32) -> Result<Vec<u8>, JsError> {
+        self.0.picture(width, height).map_err(exception)
+    }
+
+    /// [`Lab::steps`].
+    pub fn steps(&self, number: usize, limit: usize) -> Result<String, JsError> {
+        json(&self.0.steps(number, limit).map_err(exception)?)
     }
 
     /// [`Lab::heat`].

@@ -5,6 +5,7 @@ use boxwood::{
 };
 use boxwood_render::{Frames, Image, Surfaces, View, auto_camera};
 use boxwood_scene::{Camera, FlatMesh, Limits, Model, load_bytes, open};
+use boxwood_trace::BuildTrace;
 use serde::Serialize;
 
 use crate::{WalkAnswer, hash_of_hits};
@@ -229,10 +230,15 @@ impl Lab {
         Ok(())
     }
 
-    /// The picture, RGBA, shaded with sun and shadows.
-    pub fn picture(&mut self) -> Result<Vec<u8>, String> {
+    /// How a structure came to be, up to `limit` steps: those of `boxwood build --trace`.
+    pub fn steps(&self, number: usize, limit: usize) -> Result<BuildTrace, String> {
+        boxwood_trace::build(self.scene(number)?, limit).map_err(sentence)
+    }
+
+    /// The picture in any size, RGBA, shaded with sun and shadows. [`Lab::look`] chooses the camera, this only how fine it is.
+    pub fn picture(&mut self, width: u32, height: u32) -> Result<Vec<u8>, String> {
         let surfaces = Surfaces::new(&self.mesh, &self.model);
-        let view = self.view;
+        let view = View::new(self.view.camera(), width, height).map_err(sentence)?;
         let frames = self
             .frames
             .get_or_insert_with(|| Frames::new(surfaces, &view));
@@ -342,6 +348,19 @@ mod tests {
     }
 
     #[test]
+    fn the_steps_of_a_build_end_in_its_tree() {
+        let mut lab = Lab::open("builtin:cornell", None).unwrap();
+        let built = lab.build("bvh2", "sweep").unwrap();
+        let whole = lab.steps(built.number, usize::MAX).unwrap();
+        assert_eq!(whole.steps.len(), whole.steps_total);
+        assert_eq!(whole.stats.leaves, built.leaves);
+        let some = lab.steps(built.number, 5).unwrap();
+        assert_eq!(some.steps.len(), 5);
+        assert_eq!(some.steps[0], whole.steps[0]);
+        assert!(lab.steps(7, 5).is_err());
+    }
+
+    #[test]
     fn every_structure_hits_the_same() {
         let mut lab = Lab::open("builtin:cornell", None).unwrap();
         lab.look(32, 18).unwrap();
@@ -360,7 +379,7 @@ mod tests {
         assert_eq!(lab.build("bvh2", "median").unwrap(), first);
         assert_ne!(lab.build("bvh2", "sweep").unwrap().number, first.number);
         assert_eq!(lab.build("grid", "median").unwrap().builder, None);
-        assert_eq!(lab.picture().unwrap().len(), 4 * 320 * 180);
+        assert_eq!(lab.picture(64, 36).unwrap().len(), 4 * 64 * 36);
     }
 
     #[test]

@@ -1,9 +1,9 @@
 // Figure 4: the boxes of a tree depth by depth, and what each builder's tree costs.
 
 import { ask } from "../lab.js";
-import { bill, board, button, choice, count, duration, el, short, slider, tell } from "../dom.js";
+import { bill, button, choice, count, duration, el, short, slider, tell } from "../dom.js";
 import { edges, projector } from "../project.js";
-import { onScene, picker, scene, SIZE } from "../scenes.js";
+import { onScene, picker, scene, sceneBoard, SIZE } from "../scenes.js";
 import * as state from "../state.js";
 
 const BUILDERS = [
@@ -36,7 +36,7 @@ export default function build(body) {
     levels.set(depth);
     load();
   });
-  const view = board({ role: "img", "aria-label": "the boxes of the tree at this depth, over the scene" }, (width) => (width * SIZE[1]) / SIZE[0], paint);
+  const view = sceneBoard({ role: "img", "aria-label": "the boxes of the tree at this depth, over the scene" }, 0.35, paint);
   const line = tell();
   const ledger = bill(["nodes", "nodes"], ["leaves", "leaves"], ["deepest leaf", "depth"], ["surface area cost", "cost"], ["KiB", "kib"]);
   const rows = BUILDERS.map(([name]) => {
@@ -74,11 +74,6 @@ export default function build(body) {
   }
 
   function paint(context, width, height) {
-    if (!scene) return;
-    context.imageSmoothingEnabled = false;
-    context.drawImage(scene.picture, 0, 0, width, height);
-    context.fillStyle = "rgb(0 0 0 / 0.35)";
-    context.fillRect(0, 0, width, height);
     const project = projector(scene.camera, width, height);
     // Blue and solid with something below, green and dashed for leaves.
     for (const [isLeaf, stroke, dashes] of [[false, "#7cc4f2", []], [true, "#52e0b0", [5, 3]]]) {

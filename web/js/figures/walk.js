@@ -3,7 +3,7 @@
 import { ask } from "../lab.js";
 import { bill, board, button, choice, color, count, el, short, svg, tell } from "../dom.js";
 import { edges, projector } from "../project.js";
-import { onScene, picker, scene, SIZE } from "../scenes.js";
+import { onScene, picker, scene, sceneBoard, SIZE } from "../scenes.js";
 import { program, stepper } from "../stepper.js";
 import * as state from "../state.js";
 
@@ -42,7 +42,7 @@ export default function walk(body) {
     ways.control.value = way;
     load();
   }, { class: "end" });
-  const view = board({ tabindex: 0, role: "application", "aria-roledescription": "picture", "aria-label": "the scene; arrow keys move the pixel whose ray is walked" }, (width) => (width * SIZE[1]) / SIZE[0], paintView);
+  const view = sceneBoard({ tabindex: 0, role: "application", "aria-roledescription": "picture", "aria-label": "the scene; arrow keys move the pixel whose ray is walked" }, 0.25, paintView);
   view.addEventListener("click", (event) => {
     const box = view.getBoundingClientRect();
     go([((event.clientX - box.left) / box.width) * SIZE[0], ((event.clientY - box.top) / box.height) * SIZE[1]]);
@@ -135,12 +135,7 @@ export default function walk(body) {
   }
 
   function paintView(context, width, height) {
-    if (!scene) return;
-    context.imageSmoothingEnabled = false;
-    context.drawImage(scene.picture, 0, 0, width, height);
     if (!answer) return;
-    context.fillStyle = "rgb(0 0 0 / 0.25)";
-    context.fillRect(0, 0, width, height);
     const project = projector(scene.camera, width, height);
     const done = answer.steps.slice(0, at);
     const latest = done.findLastIndex((step) => step.step === "box");

@@ -1,7 +1,7 @@
 //! Packs the page: glue for the WebAssembly, the plain files, a zip, and a bill of its bytes.
 //!
 //! A program of its own behind the feature `pack`, as its libraries are many and only the page needs them. Called by `cargo
-//! xtask web`: `web-pack FILES PAGE ZIP (WASM NAME)...`.
+//! xtask web`: `web-pack FILES STILLS PAGE ZIP (WASM NAME)...`.
 #![forbid(unsafe_code)]
 
 use anyhow::{Context, Result, bail, ensure};
@@ -16,8 +16,8 @@ const BUDGET: u64 = 1_000_000;
 
 fn main() -> Result<()> {
     let args: Vec<PathBuf> = std::env::args_os().skip(1).map(PathBuf::from).collect();
-    let [files, page, archive, forms @ ..] = &args[..] else {
-        bail!("web-pack FILES PAGE ZIP (WASM NAME)...");
+    let [files, stills, page, archive, forms @ ..] = &args[..] else {
+        bail!("web-pack FILES STILLS PAGE ZIP (WASM NAME)...");
     };
     if page.exists() {
         fs::remove_dir_all(page)?;
@@ -28,6 +28,7 @@ fn main() -> Result<()> {
     for folder in [".", "js", "js/figures"] {
         copy(&files.join(folder), &page.join(folder))?;
     }
+    copy(stills, &page.join("still"))?;
     let mut names = Vec::new();
     list(page, page, &mut names)?;
     names.sort();
@@ -91,7 +92,7 @@ fn pack(page: &Path, names: &[String], archive: &Path) -> Result<()> {
     let bytes = zip.finish()?.into_inner();
     fs::write(archive, &bytes)?;
     let mut reader = zip::ZipArchive::new(Cursor::new(&bytes))?;
-    let (mut all, mut forms) = (0, Vec::new());
+    let (mut all, mut stills, mut forms) = (0, 0, Vec::new());
     for at in 0..reader.len() {
         let file = reader.by_index_raw(at)?;
         let (name, weight) = (file.name()?, file.compressed_size());
@@ -99,11 +100,13 @@ fn pack(page: &Path, names: &[String], archive: &Path) -> Result<()> {
         all += weight;
         if name.ends_with(".wasm") {
             forms.push(weight);
+        } else if name.starts_with("still/") {
+            stills += weight;
         }
     }
-    // Of the forms a reader loads one, the heavier at worst.
+    // Of the forms a reader loads one, the heavier at worst; the stills only without any.
     let heaviest = forms.iter().max().copied().unwrap_or(0);
-    let loaded = all - forms.iter().sum::<u64>() + heaviest;
+    let loaded = all - stills - forms.iter().sum::<u64>() + heaviest;
     println!("{loaded:>19}  loaded by one reader, compressed (at most {BUDGET})");
     ensure!(loaded <= BUDGET, "the page is too heavy");
     Ok(())

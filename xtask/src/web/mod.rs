@@ -1,6 +1,5 @@
 //! The page: Boxwood as WebAssembly beside plain files, and its tests in a browser.
 
-mod serve;
 mod test;
 mod toolchain;
 
@@ -19,26 +18,23 @@ const FORMS: [(&str, &str, &str); 2] = [
 ];
 
 /// `cargo xtask web`: builds the page into `target/web`, and `target/boxwood-web.zip`.
-pub(crate) fn run(args: &[String]) -> Result<()> {
+pub(crate) fn run(_: &[String]) -> Result<()> {
     build(&Toolchain::find()?)?;
     println!(
-        "\n{} is the page; any static server shows it",
+        "\n{} is the page: `boxwood view --web` shows it, as any static server does",
         page().display()
     );
-    if args.iter().any(|arg| arg == "--serve") {
-        let server = serve::start(page(), 8080)?;
-        println!("now at http://{}/ until you press Ctrl+C", server.address);
-        server.wait();
-    }
     Ok(())
 }
 
 /// Compiles both forms and packs them with the files of `web/`.
 fn build(toolchain: &Toolchain) -> Result<()> {
+    draw_stills()?;
     let mut pack = command("cargo", &["run", "--quiet", "--package", "xtask"]);
     pack.args(["--features", "pack", "--bin", "web-pack", "--"]);
     pack.args([
         root().join("web"),
+        stills(),
         page(),
         page().with_file_name("boxwood-web.zip"),
     ]);
@@ -57,6 +53,60 @@ fn build(toolchain: &Toolchain) -> Result<()> {
         pack.arg(name);
     }
     step("the page", pack)
+}
+
+/// Pictures for readers whose browser cannot run the figures.
+const STILLS: [(&str, &[&str]); 3] = [
+    ("bush", &["builtin:bush"]),
+    (
+        "stadium-grid",
+        &[
+            "builtin:stadium",
+            "--shading",
+            "heat-prims",
+            "--structure",
+            "grid",
+        ],
+    ),
+    (
+        "stadium-bvh2",
+        &[
+            "builtin:stadium",
+            "--shading",
+            "heat-prims",
+            "--structure",
+            "bvh2",
+        ],
+    ),
+];
+
+/// Draws them with the command line, as the captions say.
+fn draw_stills() -> Result<()> {
+    std::fs::create_dir_all(stills())?;
+    for (name, args) in STILLS {
+        let mut render = command(
+            "cargo",
+            &[
+                "run",
+                "--release",
+                "--quiet",
+                "--package",
+                "boxwood-cli",
+                "--",
+                "render",
+            ],
+        );
+        render
+            .args(args)
+            .args(["--size", "480x270", "-o"])
+            .arg(stills().join(name).with_extension("png"));
+        step(&format!("picture of {name}"), render)?;
+    }
+    Ok(())
+}
+
+fn stills() -> PathBuf {
+    target().join("web-stills")
 }
 
 /// Where the page is built.

@@ -1,6 +1,6 @@
 //! `cargo xtask web-test`: the page in headless Chromium, against the command line's own numbers.
 
-use super::{build, page, serve, target, toolchain::Toolchain};
+use super::{build, page, target, toolchain::Toolchain};
 use crate::shell::{command, exists, root, step};
 use anyhow::{Result, ensure};
 
@@ -13,20 +13,23 @@ pub(crate) fn run(args: &[String]) -> Result<()> {
          `apt-get install nodejs npm chromium`, then `npm install --no-package-lock --prefix web/tests`"
     );
     build(&toolchain)?;
+    step(
+        "the page's part, natively",
+        command("cargo", &["test", "--release", "--package", "boxwood-web"]),
+    )?;
     let mut native = command("cargo", &["build", "--release", "--package", "boxwood-cli"]);
     native.args(["--package", "boxwood-web", "--bins", "--examples"]);
     step("what the page is compared with", native)?;
-    let server = serve::start(page(), 0)?;
     let mut node = command(
         "node",
         &["--test", "--test-reporter=spec", "--test-concurrency=1"],
     );
     node.args(args)
         .arg(root().join("web/tests"))
-        .env("PAGE", format!("http://{}/", server.address))
+        .env("PAGE", page())
         .env("CHROMIUM", CHROMIUM)
         .env("BOXWOOD", target().join("release/boxwood"))
-        .env("HASHES", target().join("release/examples/hashes"));
+        .env("EXAMPLES", target().join("release/examples"));
     step("the page in a browser", node)
 }
 

@@ -13,6 +13,7 @@ use serde::Serialize;
 use crate::{
     args::{self, CameraArgs, CameraChoice, SceneArgs, StructureArgs, camera_flags},
     output::{Exit, Output, Table, Trouble, short},
+    page::{self, Page, Server},
     warnings,
 };
 
@@ -26,6 +27,7 @@ use crate::{
   boxwood view builtin:stadium --shading heat-tests --structure grid
   boxwood view builtin:cornell --shading path --size 800x800
   boxwood view builtin:bush --headless
+  boxwood view --web model.glb
 
 A script has a step per line: orbit FRAMES [DEGREES], rise FRAMES DEGREES, zoom FRAMES FACTOR, fly FRAMES SHARE,
 turn FRAMES DEGREES, still FRAMES, wait [SECONDS], key NAME, point X Y (shares of the window), shot FILE.")]
@@ -45,6 +47,15 @@ pub(crate) struct Args {
     /// Without a window; without a script, twice round the scene.
     #[arg(long)]
     headless: bool,
+    /// Open the scene on the page that teaches, in a browser: serves it to this machine alone until Ctrl+C.
+    #[arg(long, conflicts_with_all = ["headless", "script", "state"])]
+    web: bool,
+    /// With --web: the folder of the page, as `cargo xtask web` builds it. [default: the page in this program]
+    #[arg(long, value_name = "FOLDER", requires = "web")]
+    page: Option<PathBuf>,
+    /// With --web: port of 127.0.0.1; 0 is any that is free.
+    #[arg(long, value_name = "N", requires = "web", default_value_t = 0)]
+    port: u16,
     #[command(flatten)]
     structure: StructureArgs,
     #[command(flatten)]
@@ -72,8 +83,42 @@ struct Answer {
     report: Report,
 }
 
+/// The JSON object of `--web`.
+#[derive(Serialize)]
+struct Served {
+    url: String,
+}
+
+/// Serves the page with the scene until the program is ended.
+fn serve(args: &Args, out: &Output) -> anyhow::Result<Exit> {
+    let page = Page::find(args.page.as_deref())?;
+    let scene = args.file.as_deref();
+    let model = scene.filter(|name| !name.starts_with("builtin:"));
+    if let Some(name) = model {
+        // The browser reads it; that it is one is known here already.
+        open(name).map_err(|cause| Trouble::input(cause, "name another file"))?;
+    }
+    let server = Server::bind(page, model.map(PathBuf::from), args.port).map_err(|error| {
+        let cause = format!(
+            "port {} of 127.0.0.1 cannot be listened to: {error}",
+            args.port
+        );
+        Trouble::usage(cause, "name another --port, or none")
+    })?;
+    let url = server.url() + &scene.map(page::query).unwrap_or_default();
+    match out.is_json() {
+        true => out.json(&Served { url })?,
+        false => out.text(format!("the page is at {url} until you press Ctrl+C"))?,
+    }
+    server.run()?;
+    Ok(Exit::Ok)
+}
+
 /// Opens the window, or follows the script without one.
 pub(crate) fn run(args: &Args, out: &Output) -> anyhow::Result<Exit> {
+    if args.web {
+        return serve(args, out);
+    }
     let script = args.script()?;
     let remembered = match &args.state {
         Some(path) => State::load(path).map_err(refused)?.unwrap_or_default(),
