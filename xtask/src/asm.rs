@@ -6,7 +6,7 @@
 
 mod listing;
 
-use crate::shell::{command, root, step};
+use crate::shell::{command, step, target};
 use anyhow::{Context, Result, ensure};
 use listing::{Function, Instruction, Tables};
 use std::collections::BTreeSet;
@@ -178,8 +178,7 @@ pub(crate) fn run(args: &[String]) -> Result<()> {
 
 /// One unit, so that no function depends on how the crate is cut; names that tell types.
 fn compile() -> Result<PathBuf> {
-    let target = std::env::var_os("CARGO_TARGET_DIR").map_or(root().join("target"), PathBuf::from);
-    let path = root().join(target).join("boxwood.s");
+    let path = target().join("boxwood.s");
     let emit = format!("--emit=asm={}", path.display());
     let mut cargo = command(
         "cargo",

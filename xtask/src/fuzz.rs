@@ -1,6 +1,6 @@
 //! Fuzzing on stable Rust: the steps of `fuzz/README.md`.
 
-use crate::shell::{command, exists, root, step};
+use crate::shell::{command, exists, root, step, target};
 use anyhow::{Context, Result};
 
 const TARGETS: &[&str] = &["obj", "ply", "stl", "gltf"];
@@ -21,17 +21,15 @@ pub(crate) fn run(args: &[String]) -> Result<()> {
         println!("\n=== fuzz: skipped, it wants Linux on x86-64 and a C++ compiler");
         return Ok(());
     }
-    let seeds = [
-        "run",
-        "--release",
-        "-p",
-        "boxwood-scene",
-        "--example",
-        "fuzz_seeds",
-        "--",
-        "fuzz/corpus",
-    ];
-    step("fuzz seeds", command("cargo", &seeds))?;
+    // With all crates, so that nothing is compiled anew with fewer features.
+    let examples = ["build", "--release", "--examples"];
+    step("fuzz seeds, build", command("cargo", &examples))?;
+    let seeds = target().join("release/examples/fuzz_seeds");
+    step("fuzz seeds", {
+        let mut seeds = command(&seeds.to_string_lossy(), &[]);
+        seeds.arg("fuzz/corpus");
+        seeds
+    })?;
     let mut build = command(
         "cargo",
         &["build", "--release", "--target", TRIPLE, "--bins"],
@@ -42,11 +40,11 @@ pub(crate) fn run(args: &[String]) -> Result<()> {
             .env("RUSTFLAGS", FLAGS);
         build
     })?;
-    for target in TARGETS {
-        let artifacts = root().join("fuzz/artifacts").join(target);
+    for format in TARGETS {
+        let artifacts = root().join("fuzz/artifacts").join(format);
         std::fs::create_dir_all(&artifacts).with_context(|| format!("{}", artifacts.display()))?;
-        let mut fuzz = command(&format!("fuzz/target/{TRIPLE}/release/{target}"), &[]);
-        fuzz.arg(format!("fuzz/corpus/{target}"))
+        let mut fuzz = command(&format!("fuzz/target/{TRIPLE}/release/{format}"), &[]);
+        fuzz.arg(format!("fuzz/corpus/{format}"))
             .arg("-dict=fuzz/dictionary.txt")
             .arg(format!("-max_total_time={seconds}"))
             .arg(format!("-artifact_prefix={}/", artifacts.display()))
@@ -57,7 +55,7 @@ pub(crate) fn run(args: &[String]) -> Result<()> {
                 "-max_len=4096",
             ])
             .args(["-verbosity=0", "-print_final_stats=1"]);
-        step(&format!("fuzz {target}"), fuzz)?;
+        step(&format!("fuzz {format}"), fuzz)?;
     }
     Ok(())
 }

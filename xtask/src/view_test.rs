@@ -3,7 +3,7 @@
 use std::{
     fs,
     io::{BufRead, BufReader, Read},
-    path::{Path, PathBuf},
+    path::Path,
     process::{Child, Command, Stdio},
     thread,
     time::{Duration, Instant},
@@ -11,7 +11,7 @@ use std::{
 
 use anyhow::{Context, Result, bail, ensure};
 
-use crate::shell::{command, exists, root, step};
+use crate::shell::{command, exists, step, target};
 
 /// Programs that this needs, and an argument that shows that they are there.
 const NEEDED: [(&str, &str); 3] = [
@@ -35,9 +35,8 @@ pub(crate) fn run(_: &[String]) -> Result<()> {
         "viewer",
         command("cargo", &["build", "--release", "-p", "boxwood-cli"]),
     )?;
-    let target = std::env::var_os("CARGO_TARGET_DIR").map_or(root().join("target"), PathBuf::from);
-    let binary = root().join(&target).join("release/boxwood");
-    let folder = root().join(&target).join("view-test");
+    let binary = target().join("release/boxwood");
+    let folder = target().join("view-test");
     let _ = fs::remove_dir_all(&folder);
     fs::create_dir_all(&folder)?;
     without_a_screen(&binary)?;

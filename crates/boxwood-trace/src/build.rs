@@ -336,7 +336,12 @@ impl Bounds {
 
 impl From<Aabb> for Bounds {
     fn from(Aabb { min, max }: Aabb) -> Self {
-        Self { min, max }
+        // The sign of a zero depends on the instruction set, and means nothing: -0 + 0 is 0.
+        let plain = |corner: [f32; 3]| corner.map(|x| x + 0.0);
+        Self {
+            min: plain(min),
+            max: plain(max),
+        }
     }
 }
 

@@ -41,6 +41,11 @@ pub enum BuildError {
         /// What there is.
         known: Vec<&'static str>,
     },
+    /// A kind of primitive, or a bounding volume, that this build of Boxwood leaves out.
+    NotCompiled {
+        /// The Cargo feature that brings it.
+        feature: &'static str,
+    },
     /// Two of meshes, instances and other primitives in one scene: make each a scene of its own and put them together as
     /// instances ([`SceneBuilder::instance`](crate::SceneBuilder::instance)), or write a mixture as one set of shapes
     /// ([`SceneBuilder::shapes`](crate::SceneBuilder::shapes)).
@@ -112,6 +117,12 @@ impl fmt::Display for BuildError {
                     f,
                     "no {kind} is called '{name}'; there are: {}",
                     known.join(", ")
+                )
+            }
+            Self::NotCompiled { feature } => {
+                write!(
+                    f,
+                    "this build of Boxwood leaves that out: compile it with the feature `{feature}`"
                 )
             }
             Self::MixedPrimitives => {

@@ -27,6 +27,14 @@
 //! The library grew out of a lecture on acceleration structures, and each of its slides is here under its own name:
 //! [`lecture`] has the formulas, [`volume`] the bounding volumes, [`structure`] `BoundedObject`, the hierarchy and the
 //! uniform grid, [`build`] the partition along an axis.
+#![cfg_attr(
+    not(feature = "shapes"),
+    allow(
+        dead_code,
+        unused_imports,
+        reason = "what holds other primitives than triangles"
+    )
+)]
 
 pub mod build;
 pub mod check;

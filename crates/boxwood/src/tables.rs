@@ -4,7 +4,7 @@
 use crate::build::{BuildInput, BuildOptions, BuildWalk, LeafRule};
 use crate::error::BuildError;
 use crate::geom::{Aabb, Obb, Sphere};
-use crate::prims::{Geometry, with_primitives};
+use crate::prims::{Geometry, build_over};
 use crate::query::Query;
 use crate::simd::InstructionSet;
 use crate::structure::{
@@ -54,11 +54,12 @@ pub static STRUCTURES: &[Structure] = &[
         is_tree: true,
         has_kernels: true,
         volumes: VOLUMES.split_at(1).0,
-        build: |geometry, options| match geometry {
-            Geometry::Triangles(prims) => WideTriangles::boxed_or_compact(prims, options),
-            Geometry::Spheres(prims) => Indexed::<WideSlots<Full>, _>::boxed(prims, options),
-            Geometry::Custom(prims) => Indexed::<WideSlots<Full>, _>::boxed(prims, options),
-            Geometry::Instances(prims) => Indexed::<WideSlots<Full>, _>::boxed(prims, options),
+        build: |geometry, options| {
+            build_over!(
+                geometry,
+                triangles prims => WideTriangles::boxed_or_compact(prims, options),
+                prims => Indexed::<WideSlots<Full>, _>::boxed(prims, options)
+            )
         },
         explain: explain_rows_of_8,
     },
@@ -68,11 +69,12 @@ pub static STRUCTURES: &[Structure] = &[
         is_tree: true,
         has_kernels: true,
         volumes: VOLUMES.split_at(1).0,
-        build: |geometry, options| match geometry {
-            Geometry::Triangles(prims) => WideTriangles::<Compact>::boxed(prims, options),
-            Geometry::Spheres(prims) => Indexed::<WideSlots<Compact>, _>::boxed(prims, options),
-            Geometry::Custom(prims) => Indexed::<WideSlots<Compact>, _>::boxed(prims, options),
-            Geometry::Instances(prims) => Indexed::<WideSlots<Compact>, _>::boxed(prims, options),
+        build: |geometry, options| {
+            build_over!(
+                geometry,
+                triangles prims => WideTriangles::<Compact>::boxed(prims, options),
+                prims => Indexed::<WideSlots<Compact>, _>::boxed(prims, options)
+            )
         },
         explain: explain_rows_of_8,
     },
@@ -89,7 +91,7 @@ fn explain_tree(
     options: &BuildOptions,
     limit: usize,
 ) -> Result<BuildWalk, BuildError> {
-    with_primitives!(geometry, prims => {
+    build_over!(geometry, prims => {
         let boxes = geometry.boxes();
         options.builder.explain(&BuildInput::new(prims, &boxes), options, limit)
     })
@@ -101,7 +103,7 @@ fn explain_rows_of_8(
     options: &BuildOptions,
     limit: usize,
 ) -> Result<BuildWalk, BuildError> {
-    with_primitives!(geometry, prims => {
+    build_over!(geometry, prims => {
         let boxes = geometry.boxes();
         let input = BuildInput::new(prims, &boxes).with_leaves(LeafRule::ROWS_OF_8);
         options.builder.explain(&input, options, limit)
@@ -111,16 +113,27 @@ fn explain_rows_of_8(
 /// Every bounding volume. Add a line here.
 pub static VOLUMES: &[Volume] = &[
     Volume::of::<Aabb>("axis-aligned box: cheapest test, loose round diagonal things"),
-    Volume::of::<Sphere>("smallest enclosing sphere: turns for free, loose round flat things"),
-    Volume::of::<Obb>("oriented box: tightest, dearest test"),
+    other_volume::<Sphere>("smallest enclosing sphere: turns for free, loose round flat things"),
+    other_volume::<Obb>("oriented box: tightest, dearest test"),
 ];
+
+/// One that only the feature `volumes` makes trees of.
+const fn other_volume<V: BoundingVolume>(about: &'static str) -> Volume {
+    #[cfg(feature = "volumes")]
+    return Volume::of::<V>(about);
+    #[cfg(not(feature = "volumes"))]
+    {
+        let refuse: Build = |_, _| Err(BuildError::NotCompiled { feature: "volumes" });
+        Volume::with_trees::<V>(about, refuse, refuse)
+    }
+}
 
 impl Structure {
     /// What [`Scene::new`](crate::Scene::new) builds.
     pub const DEFAULT: &'static str = "wide";
 
     const fn of<A: Accel>(name: &'static str, about: &'static str, explain: Explain) -> Self {
-        let build: Build = |geometry, options| with_primitives!(geometry, prims => Indexed::<A, _>::boxed(prims, options));
+        let build: Build = |geometry, options| build_over!(geometry, prims => Indexed::<A, _>::boxed(prims, options));
         Self {
             name,
             about,
@@ -225,12 +238,24 @@ pub struct Volume {
 
 impl Volume {
     const fn of<V: BoundingVolume>(about: &'static str) -> Self {
+        Self::with_trees::<V>(
+            about,
+            |geometry, options| build_over!(geometry, prims => Indexed::<Bvh2<V>, _>::boxed(prims, options)),
+            |geometry, options| build_over!(geometry, prims => BoundedTree::<V, _>::boxed(prims, options)),
+        )
+    }
+
+    const fn with_trees<V: BoundingVolume>(
+        about: &'static str,
+        build_bvh2: Build,
+        build_bounded: Build,
+    ) -> Self {
         Self {
             name: V::NAME,
             about,
             flops: V::FLOPS,
-            build_bvh2: |geometry, options| with_primitives!(geometry, prims => Indexed::<Bvh2<V>, _>::boxed(prims, options)),
-            build_bounded: |geometry, options| with_primitives!(geometry, prims => BoundedTree::<V, _>::boxed(prims, options)),
+            build_bvh2,
+            build_bounded,
             fit: |points| Box::new(V::of_points(points)),
         }
     }

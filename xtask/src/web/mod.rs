@@ -3,9 +3,9 @@
 mod test;
 mod toolchain;
 
-use crate::shell::{command, root, step};
+use crate::shell::{command, root, step, target};
 use anyhow::Result;
-use std::path::PathBuf;
+use std::{panic::resume_unwind, path::PathBuf, thread};
 use toolchain::Toolchain;
 
 pub(crate) use test::run as test;
@@ -38,21 +38,31 @@ fn build(toolchain: &Toolchain) -> Result<()> {
         page(),
         page().with_file_name("boxwood-web.zip"),
     ]);
-    for (name, flags, opt_level) in FORMS {
-        let folder = target().join("wasm").join(name);
-        let mut cargo = toolchain.cargo();
-        cargo
-            .args(["build", "--profile", "web", "--package", "boxwood-web"])
-            .args(["--target", toolchain::TARGET, "--target-dir"])
-            .arg(&folder)
-            .args(toolchain.standard_library())
-            .env("RUSTFLAGS", flags)
-            .env("CARGO_PROFILE_WEB_OPT_LEVEL", opt_level);
-        step(&format!("boxwood-web, {name}"), cargo)?;
-        pack.arg(folder.join(toolchain::TARGET).join("web/boxwood_web.wasm"));
-        pack.arg(name);
+    // Each is one long pass of one thread.
+    let compile = |form| move || compile(toolchain, form);
+    let packed = thread::scope(|scope| {
+        let forms = FORMS.map(|form| scope.spawn(compile(form)));
+        forms.map(|form| form.join().unwrap_or_else(|panic| resume_unwind(panic)))
+    });
+    for (wasm, (name, ..)) in packed.into_iter().zip(FORMS) {
+        pack.arg(wasm?).arg(name);
     }
     step("the page", pack)
+}
+
+/// Compiles one form; returns the file that it is.
+fn compile(toolchain: &Toolchain, (name, flags, opt_level): (&str, &str, &str)) -> Result<PathBuf> {
+    let folder = target().join("wasm").join(name);
+    let mut cargo = toolchain.cargo();
+    cargo
+        .args(["build", "--profile", "web", "--package", "boxwood-web"])
+        .args(["--target", toolchain::TARGET, "--target-dir"])
+        .arg(&folder)
+        .args(toolchain.standard_library())
+        .env("RUSTFLAGS", flags)
+        .env("CARGO_PROFILE_WEB_OPT_LEVEL", opt_level);
+    step(&format!("boxwood-web, {name}"), cargo)?;
+    Ok(folder.join(toolchain::TARGET).join("web/boxwood_web.wasm"))
 }
 
 /// Pictures for readers whose browser cannot run the figures.
@@ -112,9 +122,4 @@ fn stills() -> PathBuf {
 /// Where the page is built.
 fn page() -> PathBuf {
     target().join("web")
-}
-
-/// Where cargo builds.
-fn target() -> PathBuf {
-    std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root().join("target"), PathBuf::from)
 }

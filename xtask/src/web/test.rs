@@ -1,7 +1,7 @@
 //! `cargo xtask web-test`: the page in headless Chromium, against the command line's own numbers.
 
-use super::{build, page, target, toolchain::Toolchain};
-use crate::shell::{command, exists, root, step};
+use super::{build, page, toolchain::Toolchain};
+use crate::shell::{command, exists, root, step, target};
 use anyhow::{Result, ensure};
 
 /// Builds the page and what it is compared with, and runs `web/tests`. Arguments go to Node: names of tests to run alone.
@@ -13,10 +13,6 @@ pub(crate) fn run(args: &[String]) -> Result<()> {
          `apt-get install nodejs npm chromium`, then `npm install --no-package-lock --prefix web/tests`"
     );
     build(&toolchain)?;
-    step(
-        "the page's part, natively",
-        command("cargo", &["test", "--release", "--package", "boxwood-web"]),
-    )?;
     let mut native = command("cargo", &["build", "--release", "--package", "boxwood-cli"]);
     native.args(["--package", "boxwood-web", "--bins", "--examples"]);
     step("what the page is compared with", native)?;

@@ -136,6 +136,28 @@ macro_rules! with_primitives {
 }
 pub(crate) use with_primitives;
 
+/// The same for builds, which are compiled for each kind: without the feature `shapes` for triangles alone. Triangles may have
+/// a way of their own.
+macro_rules! build_over {
+    ($geometry:expr, $prims:ident => $body:expr) => {
+        build_over!($geometry, triangles $prims => $body, $prims => $body)
+    };
+    ($geometry:expr, triangles $triangles:ident => $own:expr, $prims:ident => $body:expr) => {
+        match $geometry {
+            $crate::prims::Geometry::Triangles($triangles) => $own,
+            #[cfg(feature = "shapes")]
+            $crate::prims::Geometry::Spheres($prims) => $body,
+            #[cfg(feature = "shapes")]
+            $crate::prims::Geometry::Custom($prims) => $body,
+            #[cfg(feature = "shapes")]
+            $crate::prims::Geometry::Instances($prims) => $body,
+            #[cfg(not(feature = "shapes"))]
+            _ => Err($crate::BuildError::NotCompiled { feature: "shapes" }),
+        }
+    };
+}
+pub(crate) use build_over;
+
 impl Geometry {
     /// How many primitives.
     pub fn len(&self) -> usize {
