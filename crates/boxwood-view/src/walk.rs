@@ -7,16 +7,15 @@ use boxwood_trace::{BoxVerdict, Event, PrimitiveVerdict, WalkStep, WalkTrace};
 
 use crate::{
     canvas::{BLUE, Canvas, Color, GREEN, GREY, ORANGE, Stroke, WHITE, YELLOW},
+    overlay::wrapped,
     project::{Pen, Projector},
     subject::Built,
 };
 
 /// Steps that stay in the picture behind the one at work.
 const TRAIL: usize = 400;
-/// Lines of the list of steps before the one at work, and after it.
+/// Most lines of the list of steps before the one at work, and after it.
 const AROUND: usize = 7;
-/// Letters of a line; the step at work is told in full.
-const LETTERS: usize = 56;
 
 /// A ray, and how it found its answer.
 #[derive(Debug)]
@@ -114,73 +113,61 @@ impl Picked {
         }
     }
 
-    /// The steps around the one at work, that one in full, who waits, and the answer.
-    pub(crate) fn lines(&self) -> Vec<(String, Color)> {
+    /// The steps around the one at work, that one in full, who waits, and the answer: about so many rows of so many letters.
+    pub(crate) fn lines(&self, rows: usize, letters: usize) -> Vec<(String, Color)> {
         let steps = &self.walk.steps;
-        let mut lines = vec![(self.place(), WHITE)];
         let at = self.done.saturating_sub(1);
-        let last = (at.saturating_sub(AROUND) + 2 * AROUND + 1).min(steps.len());
-        let first = last.saturating_sub(2 * AROUND + 1);
-        for (number, step) in steps.iter().enumerate().take(last).skip(first) {
-            let (mark, color) = match number {
-                n if n == at => (">", pen_of(step).color),
-                n if n < at => (" ", pen_of(step).color),
-                _ => (" ", GREY),
-            };
-            let text = cut(&step.event.to_string());
-            lines.push((format!("{mark} {:>4}  {text}", number + 1), color));
-        }
+        let mut end = vec![String::new()];
         if let Some(step) = steps.get(at) {
-            lines.push((String::new(), WHITE));
-            lines.extend(told(step).into_iter().map(|line| (line, WHITE)));
+            end.extend(wrapped(&step.event.to_string(), letters));
+            end.extend(wrapped(&waiting(step), letters).into_iter().take(2));
         }
-        lines.push((String::new(), WHITE));
-        lines.extend(
-            [self.walk.answer(), self.walk.cost()]
-                .iter()
-                .flat_map(|text| wrapped(text))
-                .map(|line| (line, WHITE)),
-        );
-        lines
+        end.extend(wrapped(&self.walk.answer(), letters));
+        end.extend(wrapped(&self.walk.cost(), letters));
+        let around = (rows.saturating_sub(end.len() + 2) / 2).clamp(1, AROUND);
+        let last = (at.saturating_sub(around) + 2 * around + 1).min(steps.len());
+        let first = last.saturating_sub(2 * around + 1);
+        let list = steps.iter().enumerate().take(last).skip(first);
+        let list = list.map(|(number, step)| {
+            let mark = if number == at { ">" } else { " " };
+            let color = if number > at {
+                GREY
+            } else {
+                pen_of(step).color
+            };
+            let text = format!("{mark} {:>4}  {}", number + 1, step.event);
+            (cut(&text, letters), color)
+        });
+        let end = end.into_iter().map(|line| (line, WHITE));
+        [(self.place(), WHITE)]
+            .into_iter()
+            .chain(list)
+            .chain(end)
+            .collect()
     }
 }
 
-/// A step in full: what was done, and which nodes wait after it.
-fn told(step: &WalkStep) -> Vec<String> {
-    let waiting = match &step.stack_after[..] {
+/// The nodes that wait after a step, the next one first.
+fn waiting(step: &WalkStep) -> String {
+    match &step.stack_after[..] {
         [] => "nothing waits".to_owned(),
         nodes => {
             let numbers: Vec<String> = nodes.iter().rev().map(u32::to_string).collect();
             format!("waiting: {}", numbers.join(" "))
         }
-    };
-    let mut lines = wrapped(&step.event.to_string());
-    lines.extend(wrapped(&waiting).into_iter().take(2));
-    lines
+    }
 }
 
 /// The beginning of a text that is too long.
-fn cut(text: &str) -> String {
-    match text.char_indices().nth(LETTERS) {
-        Some((end, _)) => format!("{}...", text[..end].trim_end()),
+fn cut(text: &str, letters: usize) -> String {
+    match text.char_indices().nth(letters) {
+        Some(_) => text
+            .chars()
+            .take(letters - 3)
+            .chain("...".chars())
+            .collect(),
         None => text.to_owned(),
     }
-}
-
-/// Lines that are not much longer than [`LETTERS`], broken between words.
-fn wrapped(text: &str) -> Vec<String> {
-    let mut lines = vec![String::new()];
-    for word in text.split(' ') {
-        match lines.last_mut() {
-            Some(line) if line.is_empty() => line.push_str(word),
-            Some(line) if line.len() + word.len() < LETTERS => {
-                line.push(' ');
-                line.push_str(word);
-            }
-            _ => lines.push(format!("  {word}")),
-        }
-    }
-    lines
 }
 
 /// Where a ray leaves the bounds of a scene, if it meets them.

@@ -30,7 +30,21 @@ const CRATES: &[(&str, &[&str])] = &[
     ("boxwood-trace", &["boxwood"]),
     (
         "boxwood-view",
-        &["boxwood", "boxwood-scene", "boxwood-render"],
+        &[
+            "boxwood",
+            "boxwood-scene",
+            "boxwood-render",
+            "boxwood-trace",
+        ],
+    ),
+    (
+        "boxwood-web",
+        &[
+            "boxwood",
+            "boxwood-scene",
+            "boxwood-render",
+            "boxwood-trace",
+        ],
     ),
     (
         "boxwood-cli",

@@ -51,7 +51,7 @@ export default function split(body) {
   const line = tell();
   const ledger = bill(["triangles in the set", "set"], ["planes weighed", "weighed"], ["cost of the split", "cost"], ["cost as a leaf", "leaf"], ["steps in all", "all"]);
   const mark = (stroke, dashes, words) => el("li", {}, svg("svg", { viewBox: "0 0 36 12", "aria-hidden": "true" }, svg("line", { x1: 0, x2: 36, y1: 6, y2: 6, stroke: `var(--${stroke})`, "stroke-width": 3, "stroke-dasharray": dashes })), words);
-  const key = el("ul", { class: "key" }, mark("ink", "", "the set"), mark("enter", "", "its left part"), mark("cull", "7 4", "its right part"), mark("hit", "2 3", "leaves so far"));
+  const key = el("ul", { class: "key" }, mark("ink", "", "the set (white)"), mark("enter", "", "its left part"), mark("cull", "7 4", "its right part"), mark("hit", "2 3", "leaves so far"));
   const axes = el("ul", { class: "key" }, ...AXES.map((axis, k) => el("li", {}, svg("svg", { viewBox: "0 0 36 12", "aria-hidden": "true" }, dot(k)), `planes across ${axis}`)), el("li", {}, "ring: the chosen one"));
   body.append(el("div", { class: "bar" }, scenes.element, builders, again), scenes.line,
     el("div", { class: "two" }, el("div", {}, view, key), codes), steps.element, line, chart, axes, ledger);
@@ -222,9 +222,15 @@ function symbol(context, kind, x, y, size) {
   if (kind === 0) context.arc(x, y, size, 0, 7);
   else if (kind === 1) context.rect(x - size * 0.9, y - size * 0.9, size * 1.8, size * 1.8);
   else {
-    context.moveTo(x, y - size * 1.2);
-    context.lineTo(x + size * 1.2, y + size);
-    context.lineTo(x - size * 1.2, y + size);
+    context.moveTo(x, y - size * 1.7);
+    context.lineTo(x + size * 1.6, y + size * 1.2);
+    context.lineTo(x - size * 1.6, y + size * 1.2);
+    context.closePath();
+    // Hollow, as planes across x and z often coincide.
+    context.strokeStyle = context.fillStyle;
+    context.lineWidth = 1.5;
+    context.stroke();
+    return;
   }
   context.fill();
 }
@@ -234,5 +240,5 @@ function dot(kind) {
   const fill = `var(--${INKS[kind]})`;
   if (kind === 0) return svg("circle", { cx: 18, cy: 6, r: 5, fill });
   if (kind === 1) return svg("rect", { x: 13.5, y: 1.5, width: 9, height: 9, fill });
-  return svg("path", { d: "M18 0 L24 11 L12 11 Z", fill });
+  return svg("path", { d: "M18 1 L24 11 L12 11 Z", fill: "none", stroke: fill, "stroke-width": 1.5 });
 }

@@ -206,8 +206,14 @@ impl App {
         }
         let [width, height] = canvas.paragraph_size(&lines);
         let x = (canvas.width() - width) / 2;
-        let y = match self.painted {
-            Some(_) => canvas.height() - height - canvas.margin(),
+        let y = match &self.painted {
+            Some(painted) => {
+                let below = match painted.scales.is_empty() {
+                    true => 0,
+                    false => overlay::legend_height(canvas),
+                };
+                canvas.height() - height - canvas.margin() - below
+            }
             None => (canvas.height() - height) / 2,
         };
         canvas.paragraph(x, y, &lines);

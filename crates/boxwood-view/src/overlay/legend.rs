@@ -4,6 +4,11 @@ use boxwood_render::{Scale, linear_to_srgb8};
 
 use crate::canvas::{Canvas, WHITE};
 
+/// From its upper edge to the lower edge of the picture.
+pub(crate) fn height(canvas: &Canvas<'_>) -> i32 {
+    3 * canvas.line_height() + 3 * canvas.margin()
+}
+
 /// Title, colours, both ends, mean and maximum: in the lower left corner of the part of the picture that begins at `left`.
 pub(crate) fn draw(canvas: &mut Canvas<'_>, left: i32, scale: &Scale, structure: &str) {
     let (margin, step) = (canvas.margin(), canvas.line_height());

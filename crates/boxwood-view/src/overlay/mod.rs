@@ -7,8 +7,8 @@ mod sheet;
 mod walk;
 
 pub(crate) use self::{
-    boxes::draw as boxes, graph::draw as graph, legend::draw as legend, sheet::draw as sheet,
-    sheet::pages, walk::draw as walk,
+    boxes::draw as boxes, graph::draw as graph, legend::draw as legend,
+    legend::height as legend_height, sheet::draw as sheet, sheet::pages, walk::draw as walk,
 };
 
 /// `text` in lines of at most `most` letters, cut at blanks where there are any.

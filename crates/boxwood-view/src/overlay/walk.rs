@@ -7,7 +7,10 @@ use crate::{
 
 /// On the right: the steps around the one at work, the answer, and what the strokes mean.
 pub(crate) fn draw(canvas: &mut Canvas<'_>, picked: &Picked) {
-    let mut lines = picked.lines();
+    let rows = (canvas.height() / canvas.line_height()) as usize;
+    // Not over more than half of the picture, if that leaves room for a step.
+    let letters = canvas.letters_in(canvas.width() / 2).clamp(32, 64);
+    let mut lines = picked.lines(rows.saturating_sub(MEANINGS.len() + 2), letters);
     let steps = lines.len() as i32;
     lines.extend(
         MEANINGS
