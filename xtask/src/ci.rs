@@ -40,7 +40,6 @@ pub(crate) fn run(_: &[String]) -> Result<()> {
             "test",
             "-p",
             "boxwood",
-            "--lib",
             "--test",
             "build_errors",
             "--test",

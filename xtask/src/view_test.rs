@@ -31,10 +31,7 @@ pub(crate) fn run(_: &[String]) -> Result<()> {
             return Ok(());
         }
     }
-    step(
-        "viewer",
-        command("cargo", &["build", "--release", "-p", "boxwood-cli"]),
-    )?;
+    step("viewer", command("cargo", &["build", "--release"]))?;
     let binary = target().join("release/boxwood");
     let folder = target().join("view-test");
     let _ = fs::remove_dir_all(&folder);

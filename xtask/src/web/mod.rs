@@ -92,20 +92,13 @@ const STILLS: [(&str, &[&str]); 3] = [
 
 /// Draws them with the command line, as the captions say.
 fn draw_stills() -> Result<()> {
+    // All crates, as the tests are built: with fewer, cargo would compile them anew with fewer features.
+    let build = ["build", "--release", "--bins", "--examples"];
+    step("the command line", command("cargo", &build))?;
+    let boxwood = target().join("release/boxwood");
     std::fs::create_dir_all(stills())?;
     for (name, args) in STILLS {
-        let mut render = command(
-            "cargo",
-            &[
-                "run",
-                "--release",
-                "--quiet",
-                "--package",
-                "boxwood-cli",
-                "--",
-                "render",
-            ],
-        );
+        let mut render = command(&boxwood.to_string_lossy(), &["render"]);
         render
             .args(args)
             .args(["--size", "480x270", "-o"])

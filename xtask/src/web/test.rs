@@ -4,7 +4,7 @@ use super::{build, page, toolchain::Toolchain};
 use crate::shell::{command, exists, root, step, target};
 use anyhow::{Result, ensure};
 
-/// Builds the page and what it is compared with, and runs `web/tests`. Arguments go to Node: names of tests to run alone.
+/// Builds the page, and with it what it is compared with, and runs `web/tests`. Arguments go to Node: names of tests to run alone.
 pub(crate) fn run(args: &[String]) -> Result<()> {
     let toolchain = Toolchain::find()?;
     ensure!(
@@ -13,9 +13,6 @@ pub(crate) fn run(args: &[String]) -> Result<()> {
          `apt-get install nodejs npm chromium`, then `npm install --no-package-lock --prefix web/tests`"
     );
     build(&toolchain)?;
-    let mut native = command("cargo", &["build", "--release", "--package", "boxwood-cli"]);
-    native.args(["--package", "boxwood-web", "--bins", "--examples"]);
-    step("what the page is compared with", native)?;
     let mut node = command(
         "node",
         &["--test", "--test-reporter=spec", "--test-concurrency=1"],
