@@ -4,6 +4,7 @@
 //! Every JSON object begins with `{"boxwood": 1, "command": NAME, ...}`: the 1 is the version of the schema. New fields may
 //! come within a version; a field that goes or changes its meaning makes a new one.
 
+pub(crate) use boxwood_trace::{counted, grouped};
 use std::{
     fmt,
     io::{self, IsTerminal, Write},
@@ -279,24 +280,6 @@ impl fmt::Display for Table {
         }
         f.write_str(&lines.join("\n"))
     }
-}
-
-/// `995,328,000,000`.
-pub(crate) fn grouped(number: u64) -> String {
-    let digits = number.to_string();
-    let groups: Vec<&str> = digits
-        .as_bytes()
-        .rchunks(3)
-        .rev()
-        .filter_map(|group| str::from_utf8(group).ok())
-        .collect();
-    groups.join(",")
-}
-
-/// `1 triangle`, `40,000 triangles`; `noun` in the singular.
-pub(crate) fn counted(number: usize, noun: &str) -> String {
-    let plural = if number == 1 { "" } else { "s" };
-    format!("{} {noun}{plural}", grouped(number as u64))
 }
 
 /// Three digits that count: `0`, `0.0123`, `4.56`, `78.9`, `1,235`.

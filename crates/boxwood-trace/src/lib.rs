@@ -28,6 +28,7 @@ pub use build::{
     Axis, Bounds, BuildTrace, CurveTrace, GridTrace, LeafTrace, MergeTrace, MoveTrace, NodeTrace,
     PlaneTrace, SetTrace, SplitTrace, StatsTrace, StepTrace, TreeNodeTrace, TreeTrace, WhyTrace,
 };
+pub use number::{counted, grouped};
 pub use walk::{
     BoxTrace, BoxVerdict, CellTrace, CountsTrace, Event, HitTrace, InstanceTrace, InstanceVerdict,
     PrimitiveTrace, PrimitiveVerdict, RayTrace, WalkStep, WalkTrace,

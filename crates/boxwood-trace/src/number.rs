@@ -24,14 +24,14 @@ impl<T: fmt::Display> fmt::Display for Fixed<T> {
     }
 }
 
-/// `1 triangle`, `40,000 triangles`.
-pub(crate) fn counted(number: usize, noun: &str) -> String {
+/// `1 triangle`, `40,000 triangles`; `noun` in the singular.
+pub fn counted(number: usize, noun: &str) -> String {
     let plural = if number == 1 { "" } else { "s" };
     format!("{} {noun}{plural}", grouped(number as u64))
 }
 
 /// `995,328,000,000`.
-pub(crate) fn grouped(number: u64) -> String {
+pub fn grouped(number: u64) -> String {
     let digits = number.to_string();
     let groups: Vec<&str> = digits
         .as_bytes()
