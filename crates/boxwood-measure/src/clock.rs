@@ -1,4 +1,4 @@
-//! Clocks: the one on the wall, and the processor's for one thread or for the whole program.
+//! Clocks: the one on the wall, and the processor's for one thread.
 
 use std::{
     sync::LazyLock,
@@ -13,16 +13,14 @@ pub enum Clock {
     /// Only while the calling thread has a processor: whoever else wants that does not show. The wall's where the system has
     /// no such clock.
     Thread,
-    /// As long as any thread of the program has a processor, each counted: for work that one thread does, whichever.
-    Program,
 }
 
 impl Clock {
-    /// For work on so many threads, which may be started by another: what it takes of the processor, if it is one, so that a
-    /// busy machine does not show.
+    /// For work on so many threads: if it is one, then this one, by what it takes of the processor, so that a busy machine does
+    /// not show. (Nor do other threads of the program: those of libraries spin for a while after they have worked.)
     pub fn of_work_on(threads: usize) -> Self {
         if threads == 1 {
-            Self::Program
+            Self::Thread
         } else {
             Self::Wall
         }
@@ -32,8 +30,7 @@ impl Clock {
     pub fn now(self) -> Duration {
         match self {
             Self::Wall => wall(),
-            Self::Thread => processor(false),
-            Self::Program => processor(true),
+            Self::Thread => thread(),
         }
     }
 }
@@ -44,19 +41,15 @@ fn wall() -> Duration {
 }
 
 #[cfg(unix)]
-fn processor(of_program: bool) -> Duration {
+fn thread() -> Duration {
     use rustix::time::{ClockId, clock_gettime};
-    let time = clock_gettime(if of_program {
-        ClockId::ProcessCPUTime
-    } else {
-        ClockId::ThreadCPUTime
-    });
-    // Neither is ever negative.
+    let time = clock_gettime(ClockId::ThreadCPUTime);
+    // It is never negative.
     Duration::new(time.tv_sec as u64, time.tv_nsec as u32)
 }
 
 #[cfg(not(unix))]
-fn processor(_: bool) -> Duration {
+fn thread() -> Duration {
     wall()
 }
 
