@@ -1,6 +1,7 @@
 // The scene that the figures share, and the ways to another one: a list, a file, a drop.
 
 import { ask } from "./lab.js";
+import { read } from "./files.js";
 import { board, choice, count, el } from "./dom.js";
 import * as state from "./state.js";
 
@@ -37,7 +38,8 @@ export function open(name, bytes) {
   opening = opening.then(async () => {
     tell(`Opening ${name} …`);
     try {
-      const seen = await ask("open", bytes ? name : `builtin:${name}`, bytes);
+      const model = bytes && await read(name, bytes);
+      const seen = await ask("open", model ? name : `builtin:${name}`, model);
       scene = { ...seen, title: bytes ? name : `builtin:${name}`, picture: await traced(SIZE) };
       performance.mark("first picture");
       if (!bytes && isListed(name)) state.set("scene", name);

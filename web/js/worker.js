@@ -29,8 +29,8 @@ function look([width, height]) {
 
 const questions = {
   /** Opens a scene in place of the last; that one stays if this one is broken. */
-  open: ({ Lab }, name, bytes) => {
-    const next = new Lab(name, bytes);
+  open: ({ Lab }, name, model) => {
+    const next = new Lab(name, model);
     lab?.free();
     [lab, size, times] = [next, [320, 180], []];
     return { ...JSON.parse(lab.seen()), form };

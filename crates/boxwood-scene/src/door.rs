@@ -47,6 +47,7 @@ pub struct Door {
     folder: Option<PathBuf>,
     limits: Limits,
     bytes_read: u64,
+    #[cfg(feature = "files")]
     pixels_decoded: u64,
     warnings: Vec<String>,
     warnings_dropped: u64,
@@ -75,6 +76,7 @@ impl Door {
             folder: None,
             limits,
             bytes_read: 0,
+            #[cfg(feature = "files")]
             pixels_decoded: 0,
             warnings: Vec::new(),
             warnings_dropped: 0,
@@ -161,6 +163,7 @@ impl Door {
     }
 
     /// Books `pixels` texels against the limits; `Err` says which limit they break.
+    #[cfg(feature = "files")]
     pub(crate) fn book_pixels(&mut self, pixels: u64) -> Result<(), String> {
         if pixels > self.limits.max_texture_pixels {
             return Err(format!(

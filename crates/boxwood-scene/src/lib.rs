@@ -12,6 +12,9 @@
 //! against the bytes that are there before memory is asked for, and what can't be read is a [`LoadError`] with file,
 //! place and cause. No function here panics on data, prints, or reads a file that the user did not name, or that does
 //! not lie beside the named one.
+//!
+//! The feature `files` (usual) reads files; without it there are the built-in scenes. The feature `serde` gives a [`Model`] the
+//! traits of that crate.
 #![forbid(unsafe_code)]
 
 mod builtin;
@@ -20,20 +23,23 @@ mod door;
 mod error;
 mod flatten;
 mod fold;
+#[cfg(feature = "files")]
 mod format;
 mod model;
-#[cfg(test)]
+#[cfg(all(test, feature = "files"))]
 #[path = "../tests/support/mutate.rs"]
 mod mutate;
 mod simplify;
+#[cfg(feature = "files")]
 mod texture;
 mod write;
 
-pub use builtin::{BUILTINS, Builtin, MAX_TRIANGLES, Params, Size};
+pub use builtin::{BUILTINS, Builtin, MAX_TRIANGLES, Params, Size, builtin};
 pub use door::{Door, Limits};
 pub use error::{LoadError, Place};
 pub use flatten::Bounds;
 pub use fold::Folded;
+#[cfg(feature = "files")]
 pub use format::{FORMATS, Format, load, load_bytes, load_with, open};
 pub use model::{Camera, FlatMesh, Instance, Material, Mesh, Model, Texture};
 pub use simplify::simplify;

@@ -7,6 +7,7 @@ use glam::Mat4;
 /// A mesh is stored once however often it is shown: [`Model::instances`] place meshes in the world, and
 /// [`Model::flatten`] multiplies them out into one triangle list for the structures of the core crate.
 #[derive(Clone, Debug, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Model {
     /// The stored geometry.
     pub meshes: Vec<Mesh>,
@@ -24,6 +25,7 @@ pub struct Model {
 
 /// Indexed triangles. `normals` and `uvs` are empty or as long as `positions`.
 #[derive(Clone, Debug, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Mesh {
     /// As the file says, possibly empty.
     pub name: String,
@@ -41,6 +43,7 @@ pub struct Mesh {
 
 /// One use of a mesh.
 #[derive(Clone, Copy, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Instance {
     /// Index into [`Model::meshes`].
     pub mesh: u32,
@@ -50,6 +53,7 @@ pub struct Instance {
 
 /// The metallic-roughness model of glTF 2.0, which OBJ materials are mapped to.
 #[derive(Clone, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Material {
     /// As the file says, possibly empty.
     pub name: String,
@@ -80,6 +84,7 @@ impl Default for Material {
 
 /// A decoded picture, sRGB-coded, row 0 on top.
 #[derive(Clone, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Texture {
     /// Where it came from.
     pub name: String,
@@ -93,6 +98,7 @@ pub struct Texture {
 
 /// A pinhole camera in Embree's viewer terms (`--vp --vi --vu --fov`).
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Camera {
     /// View point.
     pub eye: [f32; 3],

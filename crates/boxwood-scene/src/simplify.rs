@@ -190,10 +190,10 @@ mod tests {
     use std::collections::HashSet;
 
     use super::*;
-    use crate::builtin::build;
+    use crate::builtin;
 
     fn flat(spec: &str) -> FlatMesh {
-        build(spec).unwrap().flatten().unwrap()
+        builtin(spec).unwrap().flatten().unwrap()
     }
 
     /// Every directed edge once, and its opposite once.

@@ -7,8 +7,10 @@ use crate::geom::{Aabb, Obb, Sphere};
 use crate::prims::{Geometry, build_over};
 use crate::query::Query;
 use crate::simd::InstructionSet;
+#[cfg(feature = "compact")]
+use crate::structure::Compact;
 use crate::structure::{
-    Accel, BoundedTree, Bvh2, Compact, Full, Grid, Indexed, List, WideSlots, WideTriangles,
+    Accel, BoundedTree, Bvh2, Full, Grid, Indexed, List, WideSlots, WideTriangles,
 };
 use crate::volume::{BoundingVolume, FittedVolume};
 
@@ -63,6 +65,7 @@ pub static STRUCTURES: &[Structure] = &[
         },
         explain: explain_rows_of_8,
     },
+    #[cfg(feature = "compact")]
     Structure {
         name: "compact",
         about: "wide in 0.6 of the memory: quantised boxes, corners shared in leaves",

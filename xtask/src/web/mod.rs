@@ -10,11 +10,48 @@ use toolchain::Toolchain;
 
 pub(crate) use test::run as test;
 
-/// The two forms of the same library, and the compiler's flags for each. The page takes the first that the browser can run.
-const FORMS: [(&str, &str, &str); 2] = [
-    ("simd", "-Ctarget-feature=+simd128", "3"),
-    // For old browsers, that read it once and run it slowly anyway: small.
-    ("plain", "", "s"),
+/// What is compiled for one kind of browser, in a folder of its own: there the standard library is compiled once.
+struct Folder {
+    name: &'static str,
+    flags: &'static str,
+    forms: &'static [Form],
+}
+
+/// A WebAssembly of the page: the feature of `boxwood-web` that it is, and the compiler's level.
+struct Form {
+    name: &'static str,
+    feature: &'static str,
+    opt_level: &'static str,
+}
+
+/// What the figures ask is there twice: the page takes the first that the browser can run.
+const FOLDERS: [Folder; 2] = [
+    Folder {
+        name: "simd",
+        flags: "-Ctarget-feature=+simd128",
+        forms: &[Form {
+            name: "simd",
+            feature: "lab",
+            opt_level: "3",
+        }],
+    },
+    Folder {
+        name: "plain",
+        flags: "",
+        forms: &[
+            Form {
+                name: "files",
+                feature: "files",
+                opt_level: "s",
+            },
+            // For old browsers, that read it once and run it slowly anyway: small.
+            Form {
+                name: "plain",
+                feature: "lab",
+                opt_level: "s",
+            },
+        ],
+    },
 ];
 
 /// `cargo xtask web`: builds the page into `target/web`, and `target/boxwood-web.zip`.
@@ -27,7 +64,7 @@ pub(crate) fn run(_: &[String]) -> Result<()> {
     Ok(())
 }
 
-/// Compiles both forms and packs them with the files of `web/`.
+/// Compiles all forms and packs them with the files of `web/`.
 fn build(toolchain: &Toolchain) -> Result<()> {
     draw_stills()?;
     let mut pack = command("cargo", &["run", "--quiet", "--package", "xtask"]);
@@ -38,31 +75,42 @@ fn build(toolchain: &Toolchain) -> Result<()> {
         page(),
         page().with_file_name("boxwood-web.zip"),
     ]);
-    // Each is one long pass of one thread.
-    let compile = |form| move || compile(toolchain, form);
-    let packed = thread::scope(|scope| {
-        let forms = FORMS.map(|form| scope.spawn(compile(form)));
-        forms.map(|form| form.join().unwrap_or_else(|panic| resume_unwind(panic)))
+    // Each form ends in one long pass of one thread.
+    let compiled = thread::scope(|scope| {
+        let folders = FOLDERS.map(|folder| scope.spawn(move || compile(toolchain, &folder)));
+        folders.map(|folder| folder.join().unwrap_or_else(|panic| resume_unwind(panic)))
     });
-    for (wasm, (name, ..)) in packed.into_iter().zip(FORMS) {
-        pack.arg(wasm?).arg(name);
+    for forms in compiled {
+        for (name, wasm) in forms? {
+            pack.arg(wasm).arg(name);
+        }
     }
     step("the page", pack)
 }
 
-/// Compiles one form; returns the file that it is.
-fn compile(toolchain: &Toolchain, (name, flags, opt_level): (&str, &str, &str)) -> Result<PathBuf> {
-    let folder = target().join("wasm").join(name);
-    let mut cargo = toolchain.cargo();
-    cargo
-        .args(["build", "--profile", "web", "--package", "boxwood-web"])
-        .args(["--target", toolchain::TARGET, "--target-dir"])
-        .arg(&folder)
-        .args(toolchain.standard_library())
-        .env("RUSTFLAGS", flags)
-        .env("CARGO_PROFILE_WEB_OPT_LEVEL", opt_level);
-    step(&format!("boxwood-web, {name}"), cargo)?;
-    Ok(folder.join(toolchain::TARGET).join("web/boxwood_web.wasm"))
+/// Compiles the forms of a folder, one after the other; returns their names and files.
+fn compile(toolchain: &Toolchain, folder: &Folder) -> Result<Vec<(&'static str, PathBuf)>> {
+    let path = target().join("wasm").join(folder.name);
+    let one = |form: &Form| {
+        let mut cargo = toolchain.cargo();
+        cargo
+            .args(["build", "--profile", "web", "--package", "boxwood-web"])
+            .args(["--no-default-features", "--features", form.feature])
+            .args(["--target", toolchain::TARGET, "--target-dir"])
+            .arg(&path)
+            .args(toolchain.standard_library())
+            .env("RUSTFLAGS", folder.flags)
+            .env("CARGO_PROFILE_WEB_OPT_LEVEL", form.opt_level);
+        step(&format!("boxwood-web, {}", form.name), cargo)?;
+        // The next form of the folder has the same file.
+        let wasm = path.join(form.name).with_extension("wasm");
+        std::fs::copy(
+            path.join(toolchain::TARGET).join("web/boxwood_web.wasm"),
+            &wasm,
+        )?;
+        Ok((form.name, wasm))
+    };
+    folder.forms.iter().map(one).collect()
 }
 
 /// Pictures for readers whose browser cannot run the figures.

@@ -81,7 +81,7 @@ pub const MAX_TRIANGLES: u64 = 50_000_000;
 /// Makes the scene that `spec` names: what follows `builtin:`, as in `soup?n=100000&seed=3`.
 ///
 /// Unknown names and parameters are refused with the known ones; so is an `n` out of range.
-pub(crate) fn build(spec: &str) -> Result<Model, LoadError> {
+pub fn builtin(spec: &str) -> Result<Model, LoadError> {
     let refused = |cause: String| LoadError::new(format!("builtin:{spec}"), cause);
     let (name, query) = spec.split_once('?').unwrap_or((spec, ""));
     let Some(builtin) = BUILTINS.iter().find(|builtin| builtin.name == name) else {
@@ -222,6 +222,7 @@ fn matte(name: &str, base_color: [f32; 3]) -> Material {
 
 #[cfg(test)]
 mod tests {
+    use super::builtin as build;
     use super::*;
 
     /// FNV-1a over all that a picture can depend on.

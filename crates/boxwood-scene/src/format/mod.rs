@@ -33,7 +33,7 @@ pub const FORMATS: &[Format] = &[gltf::FORMAT, ply::FORMAT, stl::FORMAT, obj::FO
 /// Loads what `name` says: `builtin:bush`, `builtin:soup?n=1000`, or the path of a file.
 pub fn open(name: &str) -> Result<Model, LoadError> {
     match name.strip_prefix("builtin:") {
-        Some(spec) => crate::builtin::build(spec),
+        Some(spec) => crate::builtin(spec),
         None => load(Path::new(name)),
     }
 }

@@ -23,7 +23,9 @@ pub use grid::Grid;
 pub use indexed::{Indexed, Trace};
 pub use list::List;
 pub use visit::{AllHits, ClosestHit, Occluded, Visit};
-pub(crate) use wide::{Compact, Full, WideSlots, WideTriangles};
+#[cfg(feature = "compact")]
+pub(crate) use wide::Compact;
+pub(crate) use wide::{Full, WideSlots, WideTriangles};
 
 use crate::build::BuildOptions;
 use crate::error::BuildError;

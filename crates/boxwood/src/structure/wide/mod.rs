@@ -12,6 +12,7 @@
 
 mod batch;
 mod bundle;
+#[cfg(feature = "compact")]
 mod compact;
 mod emit;
 mod finish;
@@ -33,6 +34,7 @@ mod triangles;
 mod walk;
 mod worth;
 
+#[cfg(feature = "compact")]
 pub(crate) use compact::Compact;
 pub(crate) use full::Full;
 pub(crate) use slots::WideSlots;

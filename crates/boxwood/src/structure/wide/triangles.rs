@@ -1,12 +1,14 @@
 //! The wide tree over triangles, which are packed into its leaves: what most scenes are.
 
+#[cfg(feature = "compact")]
+use super::Compact;
 use super::batch::{self, Answers};
 use super::form::Form;
 use super::layout::{MAX_GRANULES, Ref};
 use super::pending::Best;
 use super::single;
 use super::walk::{Leaves, for_each, walk};
-use super::{Compact, Full, Payload, Wide};
+use super::{Full, Payload, Wide};
 use crate::build::{BuildOptions, WideTopology};
 use crate::error::BuildError;
 use crate::geom::{Candidate, Hit, PreparedRay, Ray, Triangle};
@@ -48,7 +50,7 @@ impl<M: Form> WideTriangles<M> {
 }
 
 impl WideTriangles<Full> {
-    /// The same, in the compact form if it would be too large in this one.
+    /// The same, in the compact form if it would be too large in this one and the compact one is there.
     ///
     /// # Errors
     /// As for [`WideTriangles::boxed`].
@@ -66,6 +68,7 @@ impl WideTriangles<Full> {
     ) -> Result<Box<dyn Query>, BuildError> {
         let tree = super::collapsed(prims, &boxes(prims), options)?;
         match Self::within(limit, &tree, prims, options) {
+            #[cfg(feature = "compact")]
             Err(BuildError::TooLarge { .. }) => {
                 WideTriangles::<Compact>::within(limit, &tree, prims, options)
             }
@@ -344,7 +347,7 @@ impl<M: Form> Query for WideTriangles<M> {
     }
 }
 
-#[cfg(test)]
+#[cfg(all(test, feature = "compact"))]
 mod tests {
     use super::*;
     use crate::simd::GRANULE;
