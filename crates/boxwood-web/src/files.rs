@@ -36,12 +36,22 @@ mod tests {
     use crate::Lab;
 
     #[test]
-    fn a_file_goes_to_the_lab_with_its_colours_camera_and_warnings() {
-        let triangle = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl red\nf 1 2 3\n";
+    fn a_file_goes_to_the_lab_with_its_warnings() {
+        let triangle = b"mtllib red.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
         let lab = Lab::open("one.obj", Some(&read("one.obj", triangle).unwrap())).unwrap();
         let seen = lab.seen();
         assert_eq!((seen.name.as_str(), seen.triangles), ("one.obj", 1));
-        assert!(!seen.warnings.is_empty(), "no red is there");
+        assert!(seen.warnings[0].contains("red.mtl"), "{:?}", seen.warnings);
+    }
+
+    #[test]
+    fn colours_places_and_cameras_arrive_whole() {
+        for name in ["cornell", "instanced_grove"] {
+            let model = boxwood_scene::builtin(name).unwrap();
+            let bytes = postcard::to_allocvec(&model).unwrap();
+            let arrived: boxwood_scene::Model = postcard::from_bytes(&bytes).unwrap();
+            assert_eq!(format!("{arrived:?}"), format!("{model:?}"));
+        }
     }
 
     #[test]

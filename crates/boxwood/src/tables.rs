@@ -94,10 +94,7 @@ fn explain_tree(
     options: &BuildOptions,
     limit: usize,
 ) -> Result<BuildWalk, BuildError> {
-    build_over!(geometry, prims => {
-        let boxes = geometry.boxes();
-        options.builder.explain(&BuildInput::new(prims, &boxes), options, limit)
-    })
+    explain(geometry, options, limit, None)
 }
 
 /// The binary tree that is collapsed to eight wide.
@@ -106,9 +103,21 @@ fn explain_rows_of_8(
     options: &BuildOptions,
     limit: usize,
 ) -> Result<BuildWalk, BuildError> {
+    explain(geometry, options, limit, Some(LeafRule::ROWS_OF_8))
+}
+
+fn explain(
+    geometry: &Geometry,
+    options: &BuildOptions,
+    limit: usize,
+    leaves: Option<LeafRule>,
+) -> Result<BuildWalk, BuildError> {
     build_over!(geometry, prims => {
         let boxes = geometry.boxes();
-        let input = BuildInput::new(prims, &boxes).with_leaves(LeafRule::ROWS_OF_8);
+        let mut input = BuildInput::new(prims, &boxes);
+        if let Some(rule) = leaves {
+            input = input.with_leaves(rule);
+        }
         options.builder.explain(&input, options, limit)
     })
 }

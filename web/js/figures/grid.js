@@ -3,6 +3,7 @@
 import { ask } from "../lab.js";
 import { bill, button, el, short, slider, svg, tell } from "../dom.js";
 import { program, stepper } from "../stepper.js";
+import { arrows, held, placeOf } from "../point.js";
 import * as state from "../state.js";
 
 const WALLS = [
@@ -27,9 +28,11 @@ export default function grid(body) {
   const faces = ["x", "y"].map((axis) => svg("g", {}, svg("circle", { r: 0.1, fill: "var(--paper)", stroke: "var(--enter)", "stroke-width": 0.05 }), svg("text", { "font-size": 0.36, fill: "var(--enter)" }, axis)));
   const handles = ["start of the ray", "a point on the ray"].map((name, i) => svg("circle", {
     class: "handle", r: 0.28, tabindex: 0, role: "slider", "aria-label": name, "aria-valuemin": -1, "aria-valuemax": 17, fill: "var(--paper)", stroke: "var(--cull)", "stroke-width": 0.09,
-    pointerdown: (event) => event.target.setPointerCapture(event.pointerId),
-    pointermove: (event) => { if (event.target.hasPointerCapture(event.pointerId)) drag(i, event); },
-    keydown: (event) => push(i, event),
+    ...held((event) => {
+      const [x, y] = placeOf(event, drawing, VIEW);
+      move(i, x, -y);
+    }),
+    keydown: arrows(0.1, 1, (right, up) => move(i, ray[2 * i] + right, ray[2 * i + 1] + up)),
   }));
   const drawing = svg("svg", { viewBox: VIEW.join(" "), role: "group", "aria-label": "a grid with walls and a ray, from above" }, cells, visited, ...walls, path, ...faces, point, ...handles);
   const size = slider("Cells across", { min: 3, max: 24, value: columns }, (value) => { columns = value; state.set("grid.columns", columns); load(); });
@@ -52,19 +55,6 @@ export default function grid(body) {
   const ledger = bill(["cells visited", "cells"], ["triangle tests in all", "tests"], ["operations in all", "flops"], ["cells in all", "all"]);
   body.append(el("div", { class: "bar" }, size, again), drawing, steps.element, line, el("div", { class: "two" }, code, table), ledger);
   load();
-
-  function drag(i, event) {
-    const box = drawing.getBoundingClientRect();
-    move(i, VIEW[0] + ((event.clientX - box.left) / box.width) * VIEW[2], -(VIEW[1] + ((event.clientY - box.top) / box.height) * VIEW[3]));
-  }
-
-  function push(i, event) {
-    const step = event.shiftKey ? 1 : 0.1;
-    const way = { ArrowLeft: [-step, 0], ArrowRight: [step, 0], ArrowUp: [0, step], ArrowDown: [0, -step] }[event.key];
-    if (!way) return;
-    event.preventDefault();
-    move(i, ray[2 * i] + way[0], ray[2 * i + 1] + way[1]);
-  }
 
   function move(i, x, y) {
     const next = [...ray];

@@ -4,6 +4,7 @@ import { ask } from "../lab.js";
 import { bill, board, button, choice, color, count, el, short, slider, tell, tick } from "../dom.js";
 import { onScene, picker, scene, SIZE } from "../scenes.js";
 import { visit } from "./walk.js";
+import { arrows, placeOf } from "../point.js";
 import * as state from "../state.js";
 
 const WAYS = [
@@ -49,17 +50,8 @@ export default function heat(body) {
   });
   const view = board({ tabindex: 0, role: "application", "aria-roledescription": "heat map", "aria-label": "tests of each pixel; arrow keys move the pixel that is read" }, (width) => (width * SIZE[1]) / SIZE[0], paint);
   let pixel = [160, 90];
-  view.addEventListener("pointermove", (event) => {
-    const box = view.getBoundingClientRect();
-    read([((event.clientX - box.left) / box.width) * SIZE[0], ((event.clientY - box.top) / box.height) * SIZE[1]]);
-  });
-  view.addEventListener("keydown", (event) => {
-    const step = event.shiftKey ? 10 : 1;
-    const move = { ArrowLeft: [-step, 0], ArrowRight: [step, 0], ArrowUp: [0, -step], ArrowDown: [0, step] }[event.key];
-    if (!move) return;
-    event.preventDefault();
-    read([pixel[0] + move[0], pixel[1] + move[1]]);
-  });
+  view.addEventListener("pointermove", (event) => read(placeOf(event, view, [0, 0, ...SIZE])));
+  view.addEventListener("keydown", arrows(1, 10, (right, up) => read([pixel[0] + right, pixel[1] - up])));
   const legend = board({ role: "img", "aria-label": "the scale of colours" }, () => 38, paintLegend);
   const line = tell();
   const ledger = bill(["left: box tests per ray", "boxes0"], ["left: triangle tests per ray", "prims0"], ["right: box tests per ray", "boxes1"], ["right: triangle tests per ray", "prims1"], ["brute force: triangle tests per ray", "all"]);

@@ -2,6 +2,7 @@
 
 import { ask } from "../lab.js";
 import { bill, button, el, short, svg, tell } from "../dom.js";
+import { arrows, held, placeOf } from "../point.js";
 import * as state from "../state.js";
 
 /** Corners a, b, c, d as seen along the ray, with their depths; triangles are a b c and b a d. Then the ray. */
@@ -22,9 +23,11 @@ export default function triangle(body) {
     class: "handle", r: i < 4 ? 0.13 : 0.2, tabindex: 0, role: "slider", "aria-label": i < 4 ? `corner ${name}` : "the ray",
     "aria-valuemin": -5, "aria-valuemax": 5, fill: i < 4 ? "var(--ink)" : "var(--paper)", "fill-opacity": i < 4 ? 1 : 0.4,
     stroke: i < 4 ? "transparent" : "var(--cull)", "stroke-width": i < 4 ? 0.5 : 0.08,
-    pointerdown: (event) => event.target.setPointerCapture(event.pointerId),
-    pointermove: (event) => { if (event.target.hasPointerCapture(event.pointerId)) drag(i, event); },
-    keydown: (event) => push(i, event),
+    ...held((event) => {
+      const [x, y] = placeOf(event, drawing, VIEW);
+      move(i, x, -y);
+    }),
+    keydown: arrows(0.05, 0.5, (right, up) => move(i, places[2 * i] + right, places[2 * i + 1] + up)),
   }));
   drawing.append(...faces, ...rays, ...labels, ...letters, ...handles);
   const rows = ["a b c", "b a d"].map((name) => {
@@ -39,19 +42,6 @@ export default function triangle(body) {
   const again = button("Reset", () => { places = [...USUAL]; update(); state.reset("triangle"); });
   body.append(drawing, line, el("div", { class: "scroll", tabindex: 0, role: "region", "aria-label": "the numbers of both tests" }, table), ledger, el("div", { class: "bar" }, onEdge, again));
   update();
-
-  function drag(i, event) {
-    const box = drawing.getBoundingClientRect();
-    move(i, VIEW[0] + ((event.clientX - box.left) / box.width) * VIEW[2], -(VIEW[1] + ((event.clientY - box.top) / box.height) * VIEW[3]));
-  }
-
-  function push(i, event) {
-    const step = event.shiftKey ? 0.5 : 0.05;
-    const way = { ArrowLeft: [-step, 0], ArrowRight: [step, 0], ArrowUp: [0, step], ArrowDown: [0, -step] }[event.key];
-    if (!way) return;
-    event.preventDefault();
-    move(i, places[2 * i] + way[0], places[2 * i + 1] + way[1]);
-  }
 
   function move(i, x, y) {
     const within = (value, k) => Math.min(Math.max(value, VIEW[k] + 0.2), VIEW[k] + VIEW[k + 2] - 0.2);

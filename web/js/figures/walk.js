@@ -5,6 +5,7 @@ import { bill, board, button, choice, color, count, el, short, svg, tell } from 
 import { edges, projector } from "../project.js";
 import { onScene, picker, scene, sceneBoard, SIZE } from "../scenes.js";
 import { program, stepper } from "../stepper.js";
+import { arrows, placeOf } from "../point.js";
 import * as state from "../state.js";
 
 const WAYS = [
@@ -43,17 +44,8 @@ export default function walk(body) {
     load();
   }, { class: "end" });
   const view = sceneBoard({ tabindex: 0, role: "application", "aria-roledescription": "picture", "aria-label": "the scene; arrow keys move the pixel whose ray is walked" }, 0.25, paintView);
-  view.addEventListener("click", (event) => {
-    const box = view.getBoundingClientRect();
-    go([((event.clientX - box.left) / box.width) * SIZE[0], ((event.clientY - box.top) / box.height) * SIZE[1]]);
-  });
-  view.addEventListener("keydown", (event) => {
-    const step = event.shiftKey ? 10 : 1;
-    const move = { ArrowLeft: [-step, 0], ArrowRight: [step, 0], ArrowUp: [0, -step], ArrowDown: [0, step] }[event.key];
-    if (!move) return;
-    event.preventDefault();
-    go([pixel[0] + move[0], pixel[1] + move[1]]);
-  });
+  view.addEventListener("click", (event) => go(placeOf(event, view, [0, 0, ...SIZE])));
+  view.addEventListener("keydown", arrows(1, 10, (right, up) => go([pixel[0] + right, pixel[1] - up])));
   const along = board({ role: "img", "aria-label": "each test as a stretch of the ray" }, (width) => Math.max(170, width / 3.4), paintAlong);
   const steps = stepper("step of the walk", show);
   const line = tell();
