@@ -87,11 +87,15 @@ const whole = new Intl.NumberFormat("en-US", { maximumFractionDigits: 0 });
 /** 40,000 */
 export const count = (number) => whole.format(number);
 
-/** Three digits that matter: 67.0, 3.80, 0.0123; large ones whole. */
+/** Three digits that matter: 67.0, 3.80, 0.0123, 2.56 × 10⁻⁷; large ones whole. */
 export function short(number) {
   if (!Number.isFinite(number)) return "–";
-  return Math.abs(number) >= 1000 ? count(number) : String(Number(number).toPrecision(3)).replace(/e.*/, (e) => ` × 10^${Number(e.slice(1))}`);
+  if (number === 0) return "0";
+  const text = Math.abs(number) >= 999.5 ? count(number) : number.toPrecision(3).replace(/e.*/, (e) => ` × 10${raised(Number(e.slice(1)))}`);
+  return text.replace("-", "−");
 }
+
+const raised = (whole) => [...String(whole)].map((digit) => (digit === "-" ? "⁻" : "⁰¹²³⁴⁵⁶⁷⁸⁹"[digit])).join("");
 
 /** 12 µs, 3.4 ms, 5.6 s, 2.1 minutes. */
 export function duration(seconds) {
@@ -99,8 +103,8 @@ export function duration(seconds) {
   if (seconds >= 172800) return `${short(seconds / 86400)} days`;
   if (seconds >= 7200) return `${short(seconds / 3600)} hours`;
   if (seconds >= 120) return `${short(seconds / 60)} minutes`;
-  if (seconds >= 1) return `${short(seconds)} s`;
-  return seconds >= 1e-3 ? `${short(seconds * 1e3)} ms` : `${short(seconds * 1e6)} µs`;
+  if (seconds >= 0.9995) return `${short(seconds)} s`;
+  return seconds >= 0.9995e-3 ? `${short(seconds * 1e3)} ms` : `${short(seconds * 1e6)} µs`;
 }
 
 /** The value of a colour of the style sheet. */

@@ -37,9 +37,12 @@ function enliven() {
 function present() {
   const sections = [...document.querySelectorAll("main > section")];
   let at = Math.max(0, sections.findIndex((section) => `#${section.id}` === location.hash));
+  const place = Object.assign(document.createElement("p"), { className: "place" });
+  document.body.append(place);
   const show = (next) => {
     at = Math.min(Math.max(next, 0), sections.length - 1);
     sections.forEach((section, i) => section.classList.toggle("shown", i === at));
+    place.textContent = `${at + 1} of ${sections.length} · Page Up, Page Down`;
     scrollTo(0, 0);
   };
   document.body.classList.add("present");
@@ -50,6 +53,19 @@ function present() {
     event.preventDefault();
   });
   show(at);
+}
+
+/** Links within the page leave the address alone: it holds the state of the figures. */
+function keepAddress() {
+  document.addEventListener("click", (event) => {
+    const to = event.target.closest?.("a[href^='#']")?.hash;
+    if (!to) return;
+    event.preventDefault();
+    const heading = document.querySelector(`${to} h2`);
+    heading.tabIndex = -1;
+    heading.focus({ preventScroll: true });
+    heading.scrollIntoView();
+  });
 }
 
 /** Where there is no WebAssembly. */
@@ -68,6 +84,7 @@ async function start() {
     return standStill();
   }
   enliven();
+  keepAddress();
   acceptDrops();
   onChange(() => location.reload());
   onScene(({ form, instructions }) => {

@@ -18,8 +18,13 @@ const USUAL = "bush";
 
 /** The size of the pictures whose pixels are counted and walked. */
 export const SIZE = [320, 180];
-/** The same picture finer, one after the other, once the figures have their numbers. */
+/** The picture comes from coarse to fine: until the last of these at once, the rest when the figures have their numbers. */
+const COARSE = [[32, 18], [80, 45], [160, 90], SIZE];
 const FINER = [[640, 360], [1280, 720]];
+/** Milliseconds that the next picture may take, by the last: there are scenes of which a few pixels are work for minutes. */
+const PATIENCE = 4000;
+/** As the reader of files has it. */
+const MOST_MEGABYTES = 512;
 
 /** What is open: as the worker tells it, and the picture. Null until the first is. */
 export let scene = null;
@@ -40,9 +45,11 @@ export function open(name, bytes) {
     try {
       const model = bytes && await read(name, bytes);
       const seen = await ask("open", model ? name : `builtin:${name}`, model);
-      scene = { ...seen, title: bytes ? name : `builtin:${name}`, picture: await traced(SIZE) };
+      const title = bytes ? name : `builtin:${name}`;
+      scene = { ...seen, title, named: bytes ? name.replaceAll(/[^\w.-]/g, "?") : title, ...await firstPicture() };
       performance.mark("first picture");
       if (!bytes && isListed(name)) state.set("scene", name);
+      else state.forget("scene");
       tell([`${scene.title}: ${count(seen.triangles)} triangles.`, ...seen.warnings].join(" "));
       for (const picker of pickers) picker.chosen(bytes || !isListed(name) ? "" : name, scene.title);
       for (const listener of listeners) listener(scene);
@@ -52,6 +59,18 @@ export function open(name, bytes) {
     }
   });
   return opening;
+}
+
+/** As fine as patience allows, and what a pixel of it took in milliseconds. */
+async function firstPicture() {
+  let [picture, pace] = [null, 0];
+  for (const [width, height] of COARSE) {
+    if (pace * width * height > PATIENCE) break;
+    const start = performance.now();
+    picture = await traced([width, height]);
+    pace = (performance.now() - start) / (width * height);
+  }
+  return { picture, pace };
 }
 
 async function traced(size) {
@@ -64,7 +83,7 @@ async function refine(shown) {
   for (const size of FINER) {
     // Whatever the figures ask meanwhile comes first.
     await new Promise((done) => setTimeout(done, 300));
-    if (scene !== shown) return;
+    if (scene !== shown || shown.pace * size[0] * size[1] > PATIENCE) return;
     const picture = await traced(size).catch(() => null);
     if (scene !== shown || !picture) return;
     shown.picture = picture;
@@ -135,7 +154,10 @@ export function picker() {
 
 async function take(file) {
   if (!file) return;
-  await open(file.name, new Uint8Array(await file.arrayBuffer()));
+  if (file.size > MOST_MEGABYTES << 20) return tell(`${file.name} has ${count(file.size / (1 << 20))} MiB: the page reads files of up to ${MOST_MEGABYTES}. The command line reads larger ones.`, true);
+  const bytes = await file.arrayBuffer().catch(() => null);
+  if (!bytes) return tell(`${file.name} cannot be read: is it a folder, or no longer there?`, true);
+  await open(file.name, new Uint8Array(bytes));
   for (const one of pickers) one.chosen(scene?.title.startsWith("builtin:") ? scene.title.slice(8) : "", scene?.title ?? "");
 }
 

@@ -37,6 +37,12 @@ export function set(name, value) {
   write();
 }
 
+/** Forgets a value. */
+export function forget(name) {
+  values.delete(name);
+  write();
+}
+
 /** Forgets all values of one figure. */
 export function reset(figure) {
   for (const name of [...values.keys()]) if (name.startsWith(`${figure}.`)) values.delete(name);

@@ -108,13 +108,16 @@ test("the numbers in the running text are the command line's", async () => {
   const [grid, tree] = numbers(await text("heat"));
   near(grid, tests("builtin:stadium", "grid")[1]);
   near(tree, tests("builtin:stadium", "bvh2 binned aabb")[1]);
+  const [root] = cli("build", "builtin:bush", "--structure", "bvh2", "--builder", "binned", "--steps", "1").steps;
+  assert.equal(numbers(await text("split"))[0], root.weighed);
   await close();
 });
 
 test("the exercises know their answers", async () => {
   const { page, close } = await open();
   const items = page.locator("#exercises li");
-  const answers = ["2,836,684,800", "0.5", "15"];
+  const { counts } = cli("explain", "builtin:bush", "--size", SIZE.join("x"), "--pixel", "160,90", "--structure", "bvh2", "--builder", "binned");
+  const answers = ["2,836,684,800", "0.5", "15", String(counts.primitive_tests)];
   for (const [i, answer] of answers.entries()) {
     const item = items.nth(i);
     await item.getByRole("button", { name: "Show" }).click();

@@ -138,6 +138,31 @@ test("files are taken from the reader: a good one, a broken one, an empty one", 
   await close();
 });
 
+test("a file of triangles that all lie in one place does not hold the page", async () => {
+  const { page, close } = await open();
+  await page.evaluate((text) => {
+    const data = new DataTransfer();
+    data.items.add(new File([text], "heap.obj"));
+    dispatchEvent(new DragEvent("drop", { dataTransfer: data, cancelable: true }));
+  }, `v 0 0 0\nv 1 0 0\nv 0 1 0\n${"f 1 2 3\n".repeat(20000)}`);
+  await page.waitForFunction(() => document.querySelector("[data-figure=walk] p[role=status]").textContent.includes("heap.obj: 20,000 triangles"));
+  await close();
+});
+
+test("the ray on the shared edge hits one triangle, by the rule of ties", async () => {
+  const { page, close } = await open();
+  await page.click("text=Put the ray on the shared edge");
+  await tells("triangle")(page, "exactly zero");
+  // A handle that was dragged has the focus, and a frame in the drawing's own large units would cover it.
+  const handle = page.getByRole("slider", { name: "the ray" });
+  await handle.hover();
+  await page.mouse.down();
+  await page.mouse.move(500, 400);
+  await page.mouse.up();
+  assert.ok(await handle.evaluate((one) => one === document.activeElement && getComputedStyle(one).outlineStyle === "none"));
+  await close();
+});
+
 for (const [width, height, zoom] of [[390, 844, 1], [1280, 720, 1], [640, 360, 2], [320, 640, 1]]) {
   test(`nothing sticks out sideways at ${width} x ${height}`, async () => {
     const { page, close } = await open("", { viewport: { width, height }, deviceScaleFactor: zoom });

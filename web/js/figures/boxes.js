@@ -11,7 +11,7 @@ const SHAPES = {
   pebble: [[0.72, 0.1], [0.5, 0.55], [0, 0.7], [-0.5, 0.5], [-0.7, 0.05], [-0.5, -0.45], [0.05, -0.68], [0.55, -0.45]],
   angle: [[-0.8, -0.8], [0.8, -0.8], [0.8, -0.55], [-0.55, -0.55], [-0.55, 0.8], [-0.8, 0.8]],
 };
-const USUAL = { shape: "pencil", turn: 30, triangles: 100 };
+const USUAL = { shape: "leaf", turn: 30, triangles: 16 };
 const WORDS = { sphere: "sphere", aabb: "axis-aligned box", obb: "oriented box" };
 const LOOKS = { sphere: ["var(--cull)", "0.02 0.04"], aabb: ["var(--enter)", ""], obb: ["var(--hit)", "0.09 0.04"] };
 const STOPS = [1, 2, 4, 8, 16, 30, 100, 300, 1000, 10000];

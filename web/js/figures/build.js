@@ -9,13 +9,13 @@ import * as state from "../state.js";
 const BUILDERS = [
   ["median", "median: half of the triangles each"],
   ["midpoint", "midpoint: half of the space each"],
-  ["morton", "Morton order: the quickest"],
+  ["morton", "Morton order: along a curve"],
   ["binned", "surface area, 16 bins"],
   ["sweep", "surface area, every split tried"],
   ["refined", "surface area, then improved"],
 ];
 const USUAL = { builder: "median", depth: 3 };
-/** More boxes than these are only a grey cloud. */
+/** Of more boxes than these only some are drawn: they would be a grey cloud. */
 const MOST = 4096;
 
 export default function build(body) {
@@ -43,7 +43,7 @@ export default function build(body) {
     const cells = [0, 1, 2, 3, 4].map(() => el("td", {}, "–"));
     return { name, cells, row: el("tr", {}, el("th", { scope: "row" }, name), ...cells) };
   });
-  const heads = ["builder", "build", "surface area cost", "box tests per ray", "triangle tests per ray", "operations per ray"].map((text) => el("th", { scope: "col" }, text));
+  const heads = ["builder", "built in, once", "surface area cost", "box tests per ray", "triangle tests per ray", "operations per ray"].map((text) => el("th", { scope: "col" }, text));
   const table = el("table", {}, el("thead", {}, el("tr", {}, ...heads)), el("tbody", {}, ...rows.map(({ row }) => row)));
   body.append(el("div", { class: "bar" }, scenes.element, builders, levels), scenes.line, view, line, ledger,
     el("div", { class: "bar" }, all, again), el("div", { class: "scroll", tabindex: 0, role: "region", "aria-label": "what each builder's tree costs" }, table));
@@ -66,19 +66,22 @@ export default function build(body) {
       for (let i = 0; i < numbers.length; i += 7) nodes.push({ box: [numbers.slice(i, i + 3), numbers.slice(i + 3, i + 6)], prims: numbers[i + 6] });
       ledger.set({ nodes: count(built.nodes), leaves: count(built.leaves), depth: String(built.max_depth), cost: built.sah_cost == null ? "–" : short(built.sah_cost), kib: count(built.bytes / 1024) });
       const leaves = nodes.filter((node) => node.prims).length;
-      line.say(`Depth ${depth} of ${built.max_depth}: ${count(nodes.length)} ${nodes.length === 1 ? "box" : "boxes"}, ${count(leaves)} of them leaves. A random ray that meets the root pays ${built.sah_cost == null ? "–" : short(built.sah_cost)}, by the surface area heuristic.`);
+      const drawn = nodes.length > MOST ? ` (every ${nth(stride())} is drawn)` : "";
+      line.say(`Depth ${depth} of ${built.max_depth}: ${count(nodes.length)} ${nodes.length === 1 ? "box" : "boxes"}${drawn}, ${count(leaves)} of them leaves. A random ray that meets the root pays ${built.sah_cost == null ? "–" : short(built.sah_cost)}, by the surface area heuristic.`);
       view.paint();
     } catch (error) {
       line.say(error.message);
     }
   }
 
+  const stride = () => Math.ceil(nodes.length / MOST);
+
   function paint(context, width, height) {
     const project = projector(scene.camera, width, height);
     // Blue and solid with something below, green and dashed for leaves.
     for (const [isLeaf, stroke, dashes] of [[false, "#7cc4f2", []], [true, "#52e0b0", [5, 3]]]) {
       context.beginPath();
-      for (const { box } of nodes.filter((node) => Boolean(node.prims) === isLeaf).slice(0, MOST)) {
+      for (const { box } of nodes.filter((node, i) => i % stride() === 0 && Boolean(node.prims) === isLeaf)) {
         for (const [from, to] of edges(box)) {
           const ends = project(from, to);
           if (!ends) continue;
@@ -114,7 +117,7 @@ export default function build(body) {
         if (open !== scene) break;
         [duration(built.ms / 1000), built.sah_cost == null ? "–" : short(built.sah_cost), ...sums.map((sum) => short(sum / rays))].forEach((text, i) => { cells[i].textContent = text; });
       }
-      line.say("Each tree gives the same answers; they differ in what a ray pays.");
+      line.say("Each tree gives the same answers; they differ in what a ray pays (counted over every eighth row). The cheapest split at each step need not end in the cheapest tree.");
       body.dataset.done = "all";
     } catch (error) {
       line.say(error.message);
@@ -122,3 +125,5 @@ export default function build(body) {
     all.disabled = false;
   }
 }
+
+const nth = (n) => (n === 2 ? "second" : n === 3 ? "third" : `${n}th`);

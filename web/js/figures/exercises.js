@@ -2,12 +2,12 @@
 
 import { ask } from "../lab.js";
 import { button, count, el } from "../dom.js";
-import { SIZE } from "../scenes.js";
+import { scene, SIZE } from "../scenes.js";
 
 /** Question, the answer from Boxwood, and what to say when it is found. */
 const EXERCISES = [
   {
-    question: "The slides' bunny has 114 triangles. How many operations is a frame of 1280 × 720 by brute force?",
+    question: "The lecture's bunny has 114 triangles. How many operations is a frame of 1280 × 720 by brute force?",
     answer: async () => (await ask("price", 1280, 720, 114)).flops,
     why: "1280 × 720 × 114 × 27: 2.8 GFLOP, which a laptop does in a fraction of a second. It is the 40,000 that hurt.",
   },
@@ -22,12 +22,13 @@ const EXERCISES = [
     why: "Each step crosses one face: 7 along x, 7 along y, and the cell it starts in.",
   },
   {
-    question: "In figure 5, with the bush and the binary tree by surface area: how many triangles does the ray of pixel 160, 90 test?",
+    question: "In the walk above, with the bush and the binary tree by surface area: how many triangles does the ray of pixel 160, 90 test?",
     answer: async () => {
+      if (scene?.title !== "builtin:bush") throw new Error("Open the bush first, in any figure above: the question is about it.");
       const { number } = await ask("build", "bvh2", "binned");
       return (await ask("walk", SIZE, number, 160, 90)).counts.primitive_tests;
     },
-    why: "Out of all the triangles in the scene: that is the point of the whole page. (If you opened another scene, the answer is for that one.)",
+    why: "Out of 40,000: that is the point of the whole page.",
   },
 ];
 
@@ -40,16 +41,24 @@ function item({ question, answer, why }) {
   const says = el("span", { role: "status" });
   const tell = (text, look) => { says.textContent = text; says.className = look; };
   const check = async () => {
-    const given = Number(input.value.replaceAll(/[\s,]/g, ""));
-    const right = await answered(answer);
-    if (right === null) tell("Boxwood cannot answer now.", "wrong");
-    else if (input.value && given === right) tell(`✓ Yes. ${why}`, "right");
-    else tell("✗ Not yet.", "wrong");
+    try {
+      const right = await answer();
+      if (numberOf(input.value) === right) tell(`✓ Yes. ${why}`, "right");
+      else tell("✗ Not yet.", "wrong");
+    } catch (error) {
+      tell(error.message, "wrong");
+    }
   };
-  const show = async () => tell(`${plain(await answered(answer))}. ${why}`, "");
+  const show = () => answer().then((right) => tell(`${plain(right)}. ${why}`, ""), (error) => tell(error.message, "wrong"));
   const form = el("form", { submit: (event) => { event.preventDefault(); check(); } }, input, el("button", { type: "submit" }, "Check"), button("Show", show), says);
   return el("li", {}, question, form);
 }
 
-const answered = (answer) => answer().catch(() => null);
+/** 2,836,684,800 or 0.5 or 0,5 or 1/2. */
+function numberOf(text) {
+  const plain = text.replaceAll(/\s/g, "");
+  const parts = (/^\d{1,3}(,\d{3})+$/.test(plain) ? plain.replaceAll(",", "") : plain.replace(",", ".")).split("/");
+  return plain && parts.length <= 2 ? parts.map(Number).reduce((above, below) => above / below) : NaN;
+}
+
 const plain = (number) => (Number.isInteger(number) ? count(number) : String(number));

@@ -52,7 +52,7 @@ export default function grid(body) {
   });
   const heads = ["axis", "t of the next face", "constant offset"].map((text) => el("th", { scope: "col" }, text));
   const table = el("table", {}, el("thead", {}, el("tr", {}, ...heads)), el("tbody", {}, ...rows.map(({ row }) => row)));
-  const ledger = bill(["cells visited", "cells"], ["triangle tests in all", "tests"], ["operations in all", "flops"], ["cells in all", "all"]);
+  const ledger = bill(["cells visited", "cells"], ["triangle tests in all, two a wall", "tests"], ["operations in all", "flops"], ["cells in all", "all"]);
   body.append(el("div", { class: "bar" }, size, again), drawing, steps.element, line, el("div", { class: "two" }, code, table), ledger);
   load();
 
@@ -129,9 +129,10 @@ export default function grid(body) {
   function sentence(now, at, isEnd) {
     if (!answer.steps.length) return "The ray misses the whole grid: no cell is visited.";
     if (!now) return "The ray is about to enter the grid.";
-    const tests = now.tested.length ? `walls ${now.tested.map((wall) => wall + 1).join(", ")} are tested` : "nothing to test";
+    const names = now.tested.map((wall) => wall + 1).join(", ");
+    const tests = now.tested.length > 1 ? `walls ${names} are tested` : names ? `wall ${names} is tested` : "nothing new to test";
     const where = `Cell ${at}: column ${now.cell[0]}, row ${now.cell[1]}; ${tests}. `;
-    if (isEnd) return where + (answer.hit ? `Wall ${answer.hit[1] + 1} is hit at t ${short(answer.hit[0])}, before the next face.` : "The ray leaves the grid: nothing is hit.");
+    if (isEnd) return where + (answer.hit ? `Wall ${answer.hit[1] + 1}${now.tested.includes(answer.hit[1]) ? "" : ", tested in a cell before,"} is hit at t ${short(answer.hit[0])}, before the next face.` : "The ray leaves the grid: nothing is hit.");
     const [x, y] = now.t_next.map((t) => t ?? Infinity);
     return where + (x < y ? "The next face along x is nearer: one column on." : "The next face along y is nearer: one row on.");
   }

@@ -38,7 +38,7 @@ export default function heat(body) {
   const logs = tick("logarithmic", log, (value) => { log = value; state.set("heat.log", log ? 1 : 0); recolor(); });
   const cut = slider("Border between the two", { min: 0, max: 100, value: split, say: (at) => `${at} %` }, (at) => { split = at; state.set("heat.split", at); view.paint(); });
   cut.classList.add("grow");
-  const worst = button("Walk the worst pixel", goToWorst);
+  const worst = button("Walk the worst pixel of the tree", goToWorst);
   const again = button("Reset", () => {
     state.reset("heat");
     [ways, kind, log, split] = [[USUAL.left, USUAL.right], USUAL.kind, true, USUAL.split];
@@ -54,7 +54,7 @@ export default function heat(body) {
   view.addEventListener("keydown", arrows(1, 10, (right, up) => read([pixel[0] + right, pixel[1] - up])));
   const legend = board({ role: "img", "aria-label": "the scale of colours" }, () => 38, paintLegend);
   const line = tell();
-  const ledger = bill(["left: box tests per ray", "boxes0"], ["left: triangle tests per ray", "prims0"], ["right: box tests per ray", "boxes1"], ["right: triangle tests per ray", "prims1"], ["brute force: triangle tests per ray", "all"]);
+  const ledger = bill(["left: boxes (cells) per ray", "boxes0"], ["left: triangle tests per ray", "prims0"], ["right: boxes (cells) per ray", "boxes1"], ["right: triangle tests per ray", "prims1"], ["brute force: triangle tests per ray", "all"]);
   body.append(el("div", { class: "bar" }, scenes.element, ...sides, kinds, logs), scenes.line, view, legend, line,
     el("div", { class: "bar" }, cut, worst, again), ledger);
   onScene(() => { maps = [null, null]; load(); });
@@ -136,7 +136,7 @@ export default function heat(body) {
     if (images[1]) context.fillRect(border * k - 1, 0, 2, height);
     context.font = "600 13px system-ui, sans-serif";
     context.textBaseline = "top";
-    const name = (i) => WAYS.find(([way]) => way === ways[i])[1];
+    const name = (i) => WAYS.find(([way]) => way === ways[i])[1].replace(width < 500 ? /,.*/ : "", "");
     const put = (text, x, align) => {
       context.textAlign = align;
       const wide = context.measureText(text).width + 12;
@@ -186,17 +186,18 @@ export default function heat(body) {
   }
 
   function goToWorst() {
-    const map = maps[1] ?? maps[0];
-    if (!map) return;
+    // Of a grid there is no walk down a tree.
+    const side = [1, 0].find((i) => maps[i] && !ways[i].startsWith("grid"));
+    if (side === undefined) return;
+    const map = maps[side];
     let at = 0;
     map[kind].forEach((n, i) => { if (n > map[kind][at]) at = i; });
-    visit([at % SIZE[0], Math.floor(at / SIZE[0])]);
+    visit([at % SIZE[0], Math.floor(at / SIZE[0])], ways[side]);
   }
 
   function sayCommand() {
     if (!scene) return;
     const [structure, builder] = ways[0].split(" ");
-    const name = scene.title.startsWith("builtin:") ? scene.title : scene.title.replaceAll(/[^\w.-]/g, "?");
-    document.querySelector("[data-cli=heat]").textContent = `boxwood render ${name} --shading heat-${kind} --structure ${structure}${structure === "grid" ? "" : ` --builder ${builder}`} --size ${SIZE.join("x")}${log ? " --log" : ""} -o heat.png`;
+    document.querySelector("[data-cli=heat]").textContent = `boxwood render ${scene.named} --shading heat-${kind} --structure ${structure}${structure === "grid" ? "" : ` --builder ${builder}`} --size ${SIZE.join("x")}${log ? " --log" : ""} -o heat.png`;
   }
 }

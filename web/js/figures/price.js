@@ -7,7 +7,7 @@ import * as state from "../state.js";
 
 const USUAL = { size: "1280x720", triangles: 40000 };
 const SIZES = ["320x180", "640x360", "1280x720", "1920x1080", "3840x2160"];
-/** Triangles the slider stops at: the slides' bunny, their game model, and what is usual today. */
+/** Triangles the slider stops at: the lecture's bunny, its game model, and what is usual today. */
 const STOPS = [12, 114, 500, 1000, 2000, 5000, 10000, 20000, 40000, 70000, 100000, 200000, 500000, 1e6, 2e6, 5e6, 1e7];
 /** Seconds of brute force. */
 const PATIENCE = 1;
@@ -27,7 +27,7 @@ export default function price(body) {
   const measure = button("Measure on this machine", run, { class: "main" });
   const product = el("p", { class: "n" });
   const big = el("p", { class: "big", "data-value": "flops" });
-  const ledger = bill(["on 100 GFLOPS, the slides' laptop", "laptop"], ["here, in this browser (estimated)", "here"], ["frames a second here (estimated)", "rate"]);
+  const ledger = bill(["on a laptop of 100 GFLOPS", "laptop"], ["here, in this browser (estimated)", "here"], ["frames a second here (estimated)", "rate"]);
   const line = tell();
   const again = button("Reset", () => {
     state.reset("price");

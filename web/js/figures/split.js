@@ -49,9 +49,9 @@ export default function split(body) {
   let code = program("");
   const steps = stepper("step of the build", show);
   const line = tell();
-  const ledger = bill(["triangles in the set", "set"], ["planes weighed", "weighed"], ["cost of the split", "cost"], ["cost as a leaf", "leaf"], ["steps in all", "all"]);
-  const mark = (stroke, dashes, words) => el("li", {}, svg("svg", { viewBox: "0 0 36 12", "aria-hidden": "true" }, svg("line", { x1: 0, x2: 36, y1: 6, y2: 6, stroke: `var(--${stroke})`, "stroke-width": 3, "stroke-dasharray": dashes })), words);
-  const key = el("ul", { class: "key" }, mark("ink", "", "the set (white)"), mark("enter", "", "its left part"), mark("cull", "7 4", "its right part"), mark("hit", "2 3", "leaves so far"));
+  const ledger = bill(["triangles in the set", "set"], ["planes weighed", "weighed"], ["cost of the split", "cost"], ["cost as a leaf", "leaf"], ["sets in the whole tree", "all"]);
+  const mark = (paint, dashes, words) => el("li", {}, svg("svg", { viewBox: "0 0 36 12", "aria-hidden": "true" }, svg("rect", { width: 36, height: 12, rx: 2, fill: "#333" }), svg("line", { x1: 2, x2: 34, y1: 6, y2: 6, stroke: PAINTS[paint], "stroke-width": 3, "stroke-dasharray": dashes })), words);
+  const key = el("ul", { class: "key" }, mark("set", "", "the set"), mark("left", "", "its left part"), mark("right", "7 4", "its right part"), mark("leaf", "2 3", "leaves so far"));
   const axes = el("ul", { class: "key" }, ...AXES.map((axis, k) => el("li", {}, svg("svg", { viewBox: "0 0 36 12", "aria-hidden": "true" }, dot(k)), `planes across ${axis}`)), el("li", {}, "ring: the chosen one"));
   body.append(el("div", { class: "bar" }, scenes.element, builders, again), scenes.line,
     el("div", { class: "two" }, el("div", {}, view, key), codes), steps.element, line, chart, axes, ledger);
@@ -68,6 +68,7 @@ export default function split(body) {
       const weighs = trace.steps.some((step) => step.leaf_cost != null);
       code = program(...PROGRAMS[weighs ? "weighs" : "rules"]);
       codes.replaceChildren(code);
+      for (const of of [chart, axes]) of.hidden = !weighs;
       sayCommand();
       steps.length(trace.steps.length);
       steps.to(Math.min(wanted, trace.steps.length));
@@ -77,8 +78,7 @@ export default function split(body) {
   }
 
   function sayCommand() {
-    const name = scene.title.startsWith("builtin:") ? scene.title : scene.title.replaceAll(/[^\w.-]/g, "?");
-    document.querySelector("[data-cli=split]").textContent = `boxwood build ${name} --structure bvh2 --builder ${builder} --trace`;
+    document.querySelector("[data-cli=split]").textContent = `boxwood build ${scene.named} --structure bvh2 --builder ${builder} --trace`;
   }
 
   function show(next) {

@@ -5,8 +5,13 @@ import { bill, button, el, short, svg, tell } from "../dom.js";
 import { arrows, held, placeOf } from "../point.js";
 import * as state from "../state.js";
 
-/** Corners a, b, c, d as seen along the ray, with their depths; triangles are a b c and b a d. Then the ray. */
-const USUAL = [-2.4, -1.1, 1.9, 1.3, 2.2, -2.0, -2.6, 2.0, 0.9, -0.6];
+/**
+ * Corners a, b, c, d as seen along the ray, with their depths; triangles are a b c and b a d. Then the ray.
+ *
+ * All lie on a lattice, so that the middle of an edge is a number that computers have, and lies on the edge to the last bit.
+ */
+const USUAL = [-2.375, -1.125, 1.875, 1.25, 2.25, -2, -2.625, 2, 0.875, -0.625];
+const onLattice = (value) => Math.round(value * 64) / 64;
 const DEPTHS = [3, 5, 4, 4.5];
 const NAMES = ["a", "b", "c", "d", "ray"];
 const VIEW = [-4.4, -2.75, 8.8, 5.5];
@@ -27,7 +32,7 @@ export default function triangle(body) {
       const [x, y] = placeOf(event, drawing, VIEW);
       move(i, x, -y);
     }),
-    keydown: arrows(0.05, 0.5, (right, up) => move(i, places[2 * i] + right, places[2 * i + 1] + up)),
+    keydown: arrows(1 / 16, 1 / 2, (right, up) => move(i, places[2 * i] + right, places[2 * i + 1] + up)),
   }));
   drawing.append(...faces, ...rays, ...labels, ...letters, ...handles);
   const rows = ["a b c", "b a d"].map((name) => {
@@ -45,7 +50,7 @@ export default function triangle(body) {
 
   function move(i, x, y) {
     const within = (value, k) => Math.min(Math.max(value, VIEW[k] + 0.2), VIEW[k] + VIEW[k + 2] - 0.2);
-    [places[2 * i], places[2 * i + 1]] = [Number(within(x, 0).toFixed(3)), Number(-within(-y, 1).toFixed(3))];
+    [places[2 * i], places[2 * i + 1]] = [onLattice(within(x, 0)), onLattice(-within(-y, 1))];
     update();
   }
 
@@ -91,8 +96,9 @@ export default function triangle(body) {
     ledger.set({ exact: String(abc.flops), exit: abc.cramer_exit === "t" ? "t: all" : { beta: "β", gamma: "γ" }[abc.cramer_exit], cramer: String(abc.cramer_flops) });
     const tie = [...abc.edges, ...bad.edges].some((edge) => edge === 0);
     const what = abc.hit ? "Triangle a b c is hit" : bad.hit ? "Triangle b a d is hit" : "Neither triangle is hit";
-    const why = abc.hit || bad.hit ? `: its three signs agree; t is ${short((abc.hit ?? bad.hit)[0])}.` : ": in each, the signs differ.";
-    line.say(what + why + (tie ? " An edge function is exactly zero; the rule of ties gives the point to one triangle only." : ""));
+    const hit = abc.hit ?? bad.hit;
+    const why = !hit ? ": in each, the signs differ." : tie ? ", and it alone: an edge function is exactly zero, and both triangles read the rule of ties alike." : ": its three signs agree.";
+    line.say(`${what}${why}${hit ? ` t is ${short(hit[0])}.` : ""}`);
   }
 
   function place(text, [x, y], off) {

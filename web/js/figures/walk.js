@@ -12,18 +12,19 @@ const WAYS = [
   ["bvh2 binned", "binary, surface area"],
   ["bvh2 median", "binary, median"],
   ["bvh2 midpoint", "binary, midpoint"],
+  ["bvh2 morton", "binary, Morton order"],
   ["bvh2 sweep", "binary, every split tried"],
   ["wide binned", "eight wide"],
 ];
 const USUAL = { way: "bvh2 binned", pixel: [160, 90] };
 /** Colour, dashes and words of each verdict: never colour alone. */
 const LOOKS = {
-  enter: ["enter", [], "entered"],
+  enter: ["enter", [], "met"],
   miss: ["miss", [2, 4], "missed"],
   farther: ["cull", [7, 4], "behind the closest hit"],
   dropped: ["cull", [7, 4], "behind the closest hit"],
 };
-const LINES = ["while a node waits:", "  take the next; if it is behind the hit, drop it", "  test the boxes of its children", "  in a leaf: test its triangles,", "    keep the closest hit", "done"];
+const LINES = ["while a node waits:", "  take the next; behind the hit? drop it", "  test the boxes of its children", "  in a leaf: test its triangles,", "    keep the closest hit", "done"];
 
 /** Figure 7 sends readers here with a pixel. */
 export let visit = () => {};
@@ -53,15 +54,21 @@ export default function walk(body) {
   const waiting = el("p", { class: "stack" });
   const ledger = bill(["box tests", "boxes"], ["triangle tests", "prims"], ["operations", "flops"], ["triangles in all", "all"]);
   const mark = (name, dashes, words) => el("li", {}, svg("svg", { viewBox: "0 0 36 12", "aria-hidden": "true" }, svg("line", { x1: 0, x2: 36, y1: 6, y2: 6, stroke: `var(--${name})`, "stroke-width": 3, "stroke-dasharray": dashes.join(" ") })), words);
-  const key = el("ul", { class: "key" }, mark("enter", [], "entered"), mark("miss", [2, 4], "missed"), mark("cull", [7, 4], "culled: behind the closest hit"), mark("hit", [], "triangle tested, ring: hit"));
+  const key = el("ul", { class: "key" }, mark("enter", [], "met"), mark("miss", [2, 4], "missed"), mark("cull", [7, 4], "culled: behind the closest hit"), mark("hit", [], "triangle tested, ring: hit"), el("li", {}, "at the left margin: not on the ray"));
   body.append(el("div", { class: "bar" }, scenes.element, ways, again), scenes.line,
     el("div", { class: "two" }, el("div", {}, view, key), el("div", {}, code, waiting)),
     steps.element, line, along, ledger);
-  visit = (at) => { go(at); document.getElementById("walk").scrollIntoView(); };
+  visit = (at, tree) => { choose(tree); go(at); document.getElementById("walk").scrollIntoView(); };
   onScene(() => { if (!inPicture(pixel)) pixel = [...USUAL.pixel]; load(); });
 
   function inPicture([x, y]) {
     return x >= 0 && y >= 0 && x < SIZE[0] && y < SIZE[1];
+  }
+
+  function choose(tree) {
+    way = tree;
+    ways.control.value = way;
+    state.set("walk.way", way);
   }
 
   function go([x, y]) {
@@ -88,8 +95,7 @@ export default function walk(body) {
 
   function sayCommand() {
     const [structure, builder] = way.split(" ");
-    const name = scene.title.startsWith("builtin:") ? scene.title : scene.title.replaceAll(/[^\w.-]/g, "?");
-    document.querySelector("[data-cli=walk]").textContent = `boxwood explain ${name} --size ${SIZE.join("x")} --pixel ${pixel} --structure ${structure} --builder ${builder}`;
+    document.querySelector("[data-cli=walk]").textContent = `boxwood explain ${scene.named} --size ${SIZE.join("x")} --pixel ${pixel} --structure ${structure} --builder ${builder}`;
   }
 
   function show(next) {
@@ -172,7 +178,10 @@ export default function walk(body) {
   /** Each test a row; the stretch inside the box a bar; the closest hit a line down. */
   function paintAlong(context, width, height) {
     if (!answer) return;
-    const left = 4, right = width - 4, top = 4, bottom = height - 20;
+    // What does not lie on the ray stands in a margin of its own.
+    const margin = 4, left = 26, right = width - 4, top = 4, bottom = height - 20;
+    context.fillStyle = color("line");
+    context.fillRect(left - 5, top, 1, bottom - top);
     const met = answer.steps.filter((step) => step.step === "box" && step.near != null && step.far != null && step.near <= step.far && step.far > 0);
     const ends = met.map((step) => step.far);
     const end = Math.max(...ends, answer.hit?.t ?? 0, 1e-30) * 1.03;
@@ -189,7 +198,7 @@ export default function walk(body) {
         context.setLineDash(dashes);
         context.beginPath();
         if (step.near <= step.far) { context.moveTo(x(step.near), y); context.lineTo(Math.max(x(step.far), x(step.near) + 2), y); }
-        else { context.moveTo(left, y); context.lineTo(left + 14, y); }
+        else { context.moveTo(margin, y); context.lineTo(margin + 14, y); }
         context.stroke();
         context.setLineDash([]);
       } else if (step.t != null) {
@@ -200,7 +209,7 @@ export default function walk(body) {
         context.stroke();
       } else {
         context.fillStyle = color("hit");
-        context.fillRect(left, y - 1, 14, 2);
+        context.fillRect(margin, y - 1, 14, 2);
       }
     });
     const best = answer.steps[at - 1]?.best_t;
