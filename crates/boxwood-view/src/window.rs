@@ -46,6 +46,7 @@ pub fn run_window(
         size: options.size,
         app: App::new(Options { wake, ..options }),
         screen: None,
+        title: String::new(),
         runner: script.map(Runner::new),
         last: Instant::now(),
         frame_began: None,
@@ -72,6 +73,8 @@ struct Handler<'a> {
     app: App,
     size: [u32; 2],
     screen: Option<Screen>,
+    /// Of the window.
+    title: String,
     runner: Option<Runner>,
     /// When the viewer last advanced.
     last: Instant,
@@ -113,7 +116,12 @@ impl ApplicationHandler for Handler<'_> {
         self.advance();
         self.fulfil(events);
         let Some(screen) = &self.screen else { return };
-        screen.window.set_title(&self.app.title());
+        let title = self.app.title();
+        // X11 tells the window of each new title, the same too, which would end the rest before it began.
+        if title != self.title {
+            screen.window.set_title(&title);
+            self.title = title;
+        }
         match self.app.rest() {
             Rest::AtMost(time) if self.runner.is_none() => {
                 events.set_control_flow(ControlFlow::WaitUntil(Instant::now() + time));
