@@ -13,7 +13,7 @@ use serde::Serialize;
 use crate::{
     args::{self, CameraArgs, CameraChoice, SceneArgs, StructureArgs, camera_flags},
     output::{Exit, Output, Table, Trouble, short},
-    page::{self, Page, Server},
+    page::{Offer, Page, Server},
     warnings,
 };
 
@@ -92,20 +92,18 @@ struct Served {
 /// Serves the page with the scene until the program is ended.
 fn serve(args: &Args, out: &Output) -> anyhow::Result<Exit> {
     let page = Page::find(args.page.as_deref())?;
-    let scene = args.file.as_deref();
-    let model = scene.filter(|name| !name.starts_with("builtin:"));
-    if let Some(name) = model {
-        // The browser reads it; that it is one is known here already.
-        open(name).map_err(|cause| Trouble::input(cause, "name another file"))?;
-    }
-    let server = Server::bind(page, model.map(PathBuf::from), args.port).map_err(|error| {
+    let offer = match &args.file {
+        Some(name) => Offer::of(name, out)?,
+        None => Offer::default(),
+    };
+    let server = Server::bind(page, offer.source, args.port).map_err(|error| {
         let cause = format!(
             "port {} of 127.0.0.1 cannot be listened to: {error}",
             args.port
         );
         Trouble::usage(cause, "name another --port, or none")
     })?;
-    let url = server.url() + &scene.map(page::query).unwrap_or_default();
+    let url = server.url() + &offer.query;
     match out.is_json() {
         true => out.json(&Served { url })?,
         false => out.text(format!("the page is at {url} until you press Ctrl+C"))?,
