@@ -1,5 +1,6 @@
 //! The page that teaches (`web/`), at hand: from the program itself, or from a folder that `cargo xtask web` has built.
 
+mod model;
 mod serve;
 
 use std::{
@@ -11,7 +12,10 @@ use percent_encoding::{AsciiSet, NON_ALPHANUMERIC, utf8_percent_encode};
 
 use crate::output::Trouble;
 
-pub(crate) use serve::Server;
+pub(crate) use {
+    model::{Offer, Source},
+    serve::Server,
+};
 
 /// What links may hold as it is.
 const IN_LINKS: &AsciiSet = &NON_ALPHANUMERIC
@@ -80,15 +84,16 @@ fn is_page(folder: &Path) -> bool {
 }
 
 /// What follows the address to open a scene: a file that the server has, or one that is built in.
-pub(crate) fn query(scene: &str) -> String {
-    let name = match scene.strip_prefix("builtin:") {
-        Some(_) => scene,
-        None => Path::new(scene)
-            .file_name()
-            .and_then(|name| name.to_str())
-            .unwrap_or(scene),
+fn query(scene: &str) -> String {
+    const BUILT_IN: &str = "builtin:";
+    let name = Path::new(scene).file_name().and_then(|name| name.to_str());
+    let name = match name {
+        _ if scene.starts_with(BUILT_IN) => scene.to_owned(),
+        // A file in a folder may be called so, and the page would take it for what is built in.
+        Some(name) if name.starts_with(BUILT_IN) => format!("./{name}"),
+        name => name.unwrap_or(scene).to_owned(),
     };
-    format!("?open={}", utf8_percent_encode(name, IN_LINKS))
+    format!("?open={}", utf8_percent_encode(&name, IN_LINKS))
 }
 
 #[cfg(test)]
@@ -102,6 +107,13 @@ mod tests {
             query("builtin:terrain?n=9"),
             "?open=builtin:terrain%3Fn%3D9"
         );
+    }
+
+    #[test]
+    fn a_file_that_is_called_as_a_built_in_scene_is_still_a_file() {
+        for file in ["./builtin:cornell", "models/builtin:cornell"] {
+            assert_eq!(query(file), "?open=.%2Fbuiltin:cornell");
+        }
     }
 
     #[test]

@@ -3,6 +3,7 @@
 mod act;
 mod frame;
 mod hear;
+mod read;
 #[cfg(test)]
 mod tests;
 
@@ -18,8 +19,9 @@ use boxwood::{BuildOptions, Counts, Structure};
 use boxwood_render::{Image, ScaleOptions, Shading};
 use boxwood_scene::Camera;
 
+use self::read::Asked;
 use crate::{
-    Event, Wish,
+    Event, ViewError, Wish,
     keys::{Key, SUN},
     pace::Pace,
     picture::{Painted, Shot, no_image},
@@ -49,12 +51,16 @@ pub struct Options {
     pub log: bool,
     /// Width and height of the picture.
     pub size: [u32; 2],
+    /// What an earlier viewer left behind: it stays so as far as no scene is opened.
+    pub remembered: State,
     /// Where pictures are saved.
     pub folder: PathBuf,
     /// Prints a camera as arguments of the command line.
     pub camera_flags: fn(&Camera) -> String,
     /// Called, from any thread, when there is something new to draw.
     pub wake: Arc<Wake>,
+    /// Asked before each frame, and twice a second between them: if true, the viewer ends as by its key.
+    pub stop: fn() -> bool,
 }
 
 /// How long whoever runs a viewer may rest before the next frame.
@@ -88,7 +94,12 @@ pub struct App {
     picked: Option<Picked>,
     message: Option<Message>,
     jobs: Jobs,
+    /// Of the subject.
     watched: Option<Watched>,
+    /// What is to be the next subject, once it can be read.
+    asked: Option<Asked>,
+    /// Why the scene that was asked for last is not shown.
+    failure: Option<ViewError>,
     pace: Pace,
     /// What the picture shows has changed since it was painted.
     is_stale: bool,
@@ -150,6 +161,8 @@ struct Jobs {
     doing: Option<String>,
 }
 
+/// A larger picture is not made: at most so many pixels, about 8192 x 8192.
+pub const MAX_PIXELS: u64 = 1 << 26;
 /// A picture that stands still so long gets finer.
 const STILL: Duration = Duration::from_millis(60);
 /// Frames whose times are kept.
@@ -189,6 +202,8 @@ impl App {
             message: None,
             jobs: Jobs::default(),
             watched: None,
+            asked: None,
+            failure: None,
             pace: Pace::default(),
             is_stale: false,
             is_dirty: true,
@@ -231,14 +246,13 @@ impl App {
 
     /// `time` has passed since the last frame: what is held moves, what was made elsewhere arrives.
     pub fn advance(&mut self, time: Duration) {
+        if (self.options.stop)() {
+            self.wishes.push(Wish::Quit);
+        }
         self.hear_all();
         self.fly(time);
-        if self
-            .watched
-            .as_mut()
-            .is_some_and(|watched| watched.has_changed(time))
-        {
-            self.reload();
+        if self.jobs.opening.is_none() {
+            self.look_at_files(time);
         }
         let now = Instant::now();
         if self
@@ -317,17 +331,22 @@ impl App {
         self.message.as_ref().map(|message| &*message.text)
     }
 
+    /// Why the scene that was asked for last is not shown, if it is not.
+    pub fn failure(&self) -> Option<&ViewError> {
+        self.failure.as_ref()
+    }
+
     /// What is to be remembered.
     pub fn state(&self) -> State {
         let mut state = State {
-            file: self.subject.as_ref().map(|subject| subject.name.clone()),
-            structure: self.built.last().map(|built| built.structure.to_owned()),
             look: Some(self.look.to_owned()),
             size: Some(self.options.size),
             log: self.scale.log,
-            ..State::default()
+            ..self.options.remembered.clone()
         };
-        if self.subject.is_some() {
+        if let (Some(subject), Some(built)) = (&self.subject, self.built.last()) {
+            state.file = Some(subject.name.clone());
+            state.structure = Some(built.structure.to_owned());
             state.set_camera(&self.camera);
         }
         state
@@ -377,7 +396,9 @@ impl App {
 
     fn resize(&mut self, size: [u32; 2]) {
         // Nothing is seen of a window without pixels.
-        let size = size.map(|side| side.clamp(1, boxwood_render::MAX_SIDE));
+        let [width, height] = size.map(|side| side.clamp(1, boxwood_render::MAX_SIDE));
+        let highest = (MAX_PIXELS / u64::from(width)) as u32;
+        let size = [width, height.min(highest)];
         let is_new = size != self.options.size || self.frame.rgb.is_empty();
         if !is_new {
             return;

@@ -16,6 +16,7 @@ mod overlay;
 mod pace;
 mod picture;
 mod project;
+mod save;
 mod script;
 mod state;
 mod subject;
@@ -25,8 +26,8 @@ mod watch;
 mod window;
 mod workshop;
 
-pub use app::{App, Options, Rest};
-pub use error::ViewError;
+pub use app::{App, MAX_PIXELS, Options, Rest};
+pub use error::{Matter, ViewError};
 pub use event::{Button, Event, Wish};
 pub use keys::Key;
 pub use script::{Report, Row, Script, run_headless};

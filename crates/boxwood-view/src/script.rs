@@ -1,8 +1,6 @@
 //! Scripted sessions: moves and keys from a file, and how many frames a second that gave.
 
 use std::{
-    fs::File,
-    io::BufWriter,
     path::{Path, PathBuf},
     time::{Duration, Instant},
 };
@@ -11,7 +9,7 @@ use boxwood_render::write_png;
 use boxwood_scene::Camera;
 use serde::Serialize;
 
-use crate::{App, Event, Key, ViewError, Wish, navigate};
+use crate::{App, Event, Key, Matter, ViewError, Wish, navigate, save::save};
 
 /// What is to be done, in order.
 #[derive(Clone, Debug, PartialEq)]
@@ -81,9 +79,8 @@ impl Script {
                 continue;
             }
             let step = step_of(line).ok_or_else(|| {
-                ViewError::Script(format!(
-                    "{name}:{number}: '{line}' is no step (there are {LANGUAGE})"
-                ))
+                let cause = format!("{name}:{number}: '{line}' is no step (there are {LANGUAGE})");
+                ViewError::new(Matter::Script, cause).with_remedy("correct the script")
             })?;
             steps.push(step);
         }
@@ -202,8 +199,8 @@ impl Runner {
     /// Does what comes before the next frame; none when the script is over.
     pub(crate) fn before(&mut self, app: &mut App) -> Result<Option<()>, ViewError> {
         let Some(first) = app.first_picture() else {
-            return match app.message() {
-                Some(message) if app.is_settled() => Err(ViewError::File(message.to_owned())),
+            return match app.failure() {
+                Some(failure) if app.is_settled() => Err(failure.clone()),
                 _ => Ok(Some(())),
             };
         };
@@ -235,7 +232,7 @@ impl Runner {
                     app.handle(Event::Release(*key));
                 }
                 Step::Point(share) => app.point_at(*share),
-                Step::Shot(path) => save(app, path)?,
+                Step::Shot(path) => shoot(app, path)?,
             }
             self.at += 1;
             self.frame = 0;
@@ -251,6 +248,13 @@ impl Runner {
             self.times.push(time);
             self.pixels += f64::from(app.share()).powi(2);
         }
+    }
+
+    /// True if the error that the script ends with says what `wish` says.
+    pub(crate) fn will_say(app: &App, wish: &Wish) -> bool {
+        let is_over = app.first_picture().is_none();
+        let failure = app.failure().filter(|_| is_over);
+        failure.is_some_and(|failure| *wish == Wish::Warn(failure.to_string()))
     }
 
     pub(crate) fn report(self) -> Report {
@@ -273,12 +277,12 @@ fn row(what: String, times: &[Duration], pixels: f64) -> Row {
     }
 }
 
-fn save(app: &mut App, path: &Path) -> Result<(), ViewError> {
-    let file = File::create(path).map_err(|error| ViewError::file(path, error))?;
-    write_png(app.draw(), &[], BufWriter::new(file)).map_err(|error| ViewError::file(path, error))
+fn shoot(app: &mut App, path: &Path) -> Result<(), ViewError> {
+    let image = app.draw();
+    save(path, |out| write_png(image, &[], out))
 }
 
-/// Follows `script` without a window; `heed` gets the viewer's wishes. Ends early when the script quits.
+/// Follows `script` without a window; `heed` gets the viewer's wishes. Ends early when the viewer is to quit.
 ///
 /// # Errors
 /// If the scene cannot be read, or a picture not be written.
@@ -295,7 +299,9 @@ pub fn run_headless(
         let goes_on = runner.before(app)?;
         let wishes = app.wishes();
         let quits = wishes.contains(&Wish::Quit);
-        wishes.into_iter().for_each(&mut *heed);
+        let news = wishes.into_iter();
+        news.filter(|wish| !Runner::will_say(app, wish))
+            .for_each(&mut *heed);
         if goes_on.is_none() || quits {
             return Ok(runner.report());
         }

@@ -1,11 +1,16 @@
 //! What a viewer remembers from one time to the next.
 
-use std::{fs, io, path::Path};
+use std::{
+    fs::{self, File},
+    io::{self, Read},
+    path::Path,
+};
 
+use boxwood_render::{RenderError, View};
 use boxwood_scene::Camera;
 use serde::{Deserialize, Serialize};
 
-use crate::{Aim, ViewError};
+use crate::{Aim, Matter, ViewError, app::MAX_PIXELS, save::save};
 
 /// Everything that is restored. Numbers that a file leaves out are as usual.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -34,28 +39,59 @@ pub struct State {
 }
 
 const VERSION: u32 = 1;
+/// Longest state file that is read.
+const MAX_BYTES: u64 = 1 << 20;
 
 impl State {
     /// Reads a state file; none if there is no such file yet.
     ///
     /// # Errors
-    /// If it cannot be read, or is no state of this version.
+    /// If it cannot be read, is no state of this version, or holds a camera or a size that cannot be had.
     pub fn load(path: &Path) -> Result<Option<Self>, ViewError> {
-        let bytes = match fs::read(path) {
+        let refused = |cause: &dyn std::fmt::Display| {
+            let error = ViewError::new(Matter::State, format!("{}: {cause}", path.display()));
+            error.with_remedy("name another file, or remove it")
+        };
+        let bytes = match read(path) {
             Ok(bytes) => bytes,
             Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
-            Err(error) => return Err(ViewError::file(path, error)),
+            Err(error) => return Err(refused(&error)),
         };
-        let state: Self =
-            serde_json::from_slice(&bytes).map_err(|error| ViewError::file(path, error))?;
-        if state.version != VERSION {
-            let cause = format!("version {}, where {VERSION} is known", state.version);
-            return Err(ViewError::file(path, cause));
-        }
+        let state: Self = serde_json::from_slice(&bytes).map_err(|error| refused(&error))?;
+        state.check().map_err(|cause| refused(&cause))?;
         Ok(Some(state))
     }
 
-    /// Writes it as JSON.
+    /// What the viewer could not begin with.
+    fn check(&self) -> Result<(), String> {
+        if self.version != VERSION {
+            return Err(format!(
+                "version {}, where {VERSION} is known",
+                self.version
+            ));
+        }
+        if let Some([width, height]) = self.size
+            && u64::from(width) * u64::from(height) > MAX_PIXELS
+        {
+            return Err(format!(
+                "a size of {width} x {height} is more than {MAX_PIXELS} pixels"
+            ));
+        }
+        if let (Some(eye), Some(target), Some(up), Some(fov)) =
+            (self.vp, self.vi, self.vu, self.fov)
+        {
+            let camera = Camera {
+                eye,
+                target,
+                up,
+                fov,
+            };
+            View::new(camera, 2, 2).map_err(|error| error.to_string())?;
+        }
+        Ok(())
+    }
+
+    /// Writes it as JSON: the file is replaced as a whole or not at all.
     ///
     /// # Errors
     /// If the file cannot be written.
@@ -64,9 +100,15 @@ impl State {
             version: VERSION,
             ..self.clone()
         };
-        let text =
-            serde_json::to_string_pretty(&state).map_err(|error| ViewError::file(path, error))?;
-        fs::write(path, text + "\n").map_err(|error| ViewError::file(path, error))
+        let failed = |cause: String| RenderError::Encode {
+            format: "JSON",
+            cause,
+        };
+        save(path, |out| {
+            serde_json::to_writer_pretty(&mut *out, &state)
+                .map_err(|error| failed(error.to_string()))?;
+            writeln!(out).map_err(|error| failed(error.to_string()))
+        })
     }
 
     /// The camera, as far as it is known.
@@ -86,6 +128,21 @@ impl State {
         self.vi = Some(camera.target);
         self.vu = Some(camera.up);
         self.fov = Some(camera.fov);
+    }
+}
+
+/// A plain file that is not too long: others may have no end.
+fn read(path: &Path) -> io::Result<Vec<u8>> {
+    if !fs::metadata(path)?.is_file() {
+        return Err(io::Error::other("is not a regular file"));
+    }
+    let mut bytes = Vec::new();
+    File::open(path)?
+        .take(MAX_BYTES + 1)
+        .read_to_end(&mut bytes)?;
+    match bytes.len() as u64 > MAX_BYTES {
+        true => Err(io::Error::other(format!("more than {MAX_BYTES} bytes"))),
+        false => Ok(bytes),
     }
 }
 
@@ -118,6 +175,33 @@ mod tests {
     }
 
     #[test]
+    fn a_state_that_cannot_be_written_leaves_the_old_one() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("view.json");
+        State::default().save(&path).unwrap();
+        let error = State::default()
+            .save(&folder.path().join("no/such.json"))
+            .unwrap_err();
+        assert_eq!(error.kind, Matter::Output);
+        assert!(error.to_string().contains("no/such.json: "), "{error}");
+        let names = fs::read_dir(folder.path()).unwrap();
+        assert_eq!(names.count(), 1, "nothing is left beside it");
+    }
+
+    #[test]
+    fn what_is_no_plain_small_file_is_not_read() {
+        let folder = tempfile::tempdir().unwrap();
+        let large = folder.path().join("large.json");
+        fs::write(&large, vec![b' '; MAX_BYTES as usize + 1]).unwrap();
+        let error = State::load(&large).unwrap_err();
+        assert!(error.cause.contains("more than 1048576 bytes"), "{error}");
+        let error = State::load(folder.path()).unwrap_err();
+        assert!(error.cause.contains("not a regular file"), "{error}");
+        #[cfg(unix)]
+        assert!(State::load(Path::new("/dev/zero")).is_err());
+    }
+
+    #[test]
     fn damaged_and_future_states_are_refused_with_the_name_of_the_file() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("view.json");
@@ -126,10 +210,13 @@ mod tests {
             "{",
             "{\"version\": 2}",
             "{\"version\": 1, \"colour\": 3}",
+            "{\"version\": 1, \"size\": [4000000000, 4000000000]}",
+            "{\"version\": 1, \"vp\": [1, 2, 3], \"vi\": [1, 2, 3], \"vu\": [0, 1, 0], \"fov\": 35}",
         ] {
             fs::write(&path, text).unwrap();
-            let message = State::load(&path).unwrap_err().to_string();
-            assert!(message.contains("view.json"), "{message}");
+            let error = State::load(&path).unwrap_err();
+            assert_eq!(error.kind, Matter::State);
+            assert!(error.cause.contains("view.json: "), "{error}");
         }
     }
 }

@@ -11,8 +11,10 @@ use std::{
 };
 
 use boxwood::{Aabb, BuildError, BuildOptions, Progress, Scene, query::NodeInfo};
-use boxwood_render::{Frames, Surfaces, View, auto_camera};
+use boxwood_render::{Frames, RenderError, Surfaces, View, auto_camera};
 use boxwood_scene::{Camera, FlatMesh, Model};
+
+use crate::{Matter, ViewError};
 
 /// Reads a scene by the name that a user types: the model, and its triangles multiplied out. The error is for the user.
 pub type Open = dyn Fn(&str) -> Result<(Model, FlatMesh), String> + Send + Sync;
@@ -55,12 +57,20 @@ impl Aim {
         }
     }
 
-    fn camera(&self, own: &[Camera], found: impl FnOnce() -> Camera) -> Result<Camera, String> {
+    /// In the scene called `name`, which has its `own` cameras.
+    fn camera(
+        &self,
+        name: &str,
+        own: &[Camera],
+        found: impl FnOnce() -> Camera,
+    ) -> Result<Camera, ViewError> {
         let base = match self.number {
             _ if self.auto => found(),
-            Some(number) => *own
-                .get(number)
-                .ok_or_else(|| format!("there is no camera {number} (it has {})", own.len()))?,
+            Some(number) => *own.get(number).ok_or_else(|| {
+                let cause = format!("{name}: there is no camera {number}");
+                let remedy = format!("it has {}, counted from 0; or let one be found", own.len());
+                ViewError::new(Matter::Camera, cause).with_remedy(remedy)
+            })?,
             None => own.first().copied().unwrap_or_else(found),
         };
         Ok(Camera {
@@ -69,6 +79,24 @@ impl Aim {
             up: self.up.unwrap_or(base.up),
             fov: self.fov.unwrap_or(base.fov),
         })
+    }
+
+    /// A camera that shows nothing is the user's matter where it was aimed, else the scene's.
+    fn blamed(&self, name: &str, error: &RenderError) -> ViewError {
+        let usual = Self {
+            auto: self.auto,
+            ..Self::default()
+        };
+        let kind = match *self == usual {
+            true => Matter::Scene,
+            false => Matter::Camera,
+        };
+        match error {
+            RenderError::Camera { what, remedy } => {
+                ViewError::new(kind, format!("{name}: camera: {what}")).with_remedy(*remedy)
+            }
+            other => ViewError::new(kind, format!("{name}: {other}")),
+        }
     }
 }
 
@@ -88,19 +116,18 @@ pub(crate) struct Subject {
 }
 
 impl Subject {
-    /// Looks at every triangle. The error is for the user.
+    /// Looks at every triangle.
     pub(crate) fn new(
         name: &str,
         (model, mesh): (Model, FlatMesh),
         scene: &Scene,
         aim: &Aim,
         [width, height]: [u32; 2],
-    ) -> Result<Self, String> {
+    ) -> Result<Self, ViewError> {
         let surfaces = Surfaces::new(&mesh, &model);
         let found = || auto_camera(scene, surfaces, width, height);
-        let blamed = |error: String| format!("{name}: {error}");
-        let camera = aim.camera(&model.cameras, found).map_err(blamed)?;
-        let view = View::new(camera, width, height).map_err(|error| blamed(error.to_string()))?;
+        let camera = aim.camera(name, &model.cameras, found)?;
+        let view = View::new(camera, width, height).map_err(|error| aim.blamed(name, &error))?;
         let frames = Frames::new(surfaces, &view);
         Ok(Self {
             name: name.to_owned(),

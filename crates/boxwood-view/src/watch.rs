@@ -13,7 +13,7 @@ pub(crate) const INTERVAL: Duration = Duration::from_millis(500);
 type Stamp = (SystemTime, u64);
 
 /// A file that is looked at now and then.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Watched {
     path: PathBuf,
     read: Option<Stamp>,
@@ -23,14 +23,17 @@ pub(crate) struct Watched {
 }
 
 impl Watched {
-    /// The file with that name, as it is now. Built-in scenes and standard input never change.
+    /// The file with that name, as it is now, or is to come. Built-in scenes and standard input never change.
     pub(crate) fn new(name: &str) -> Option<Self> {
+        if name == "-" || name.starts_with("builtin:") {
+            return None;
+        }
         let path = PathBuf::from(name);
-        let stamp = stamp(&path)?;
+        let stamp = stamp(&path);
         Some(Self {
             path,
-            read: Some(stamp),
-            seen: Some(stamp),
+            read: stamp,
+            seen: stamp,
             since: Duration::ZERO,
         })
     }
@@ -76,6 +79,18 @@ mod tests {
         assert!(!watched.has_changed(INTERVAL));
         fs::remove_file(&path).unwrap();
         assert!(!watched.has_changed(INTERVAL) && !watched.has_changed(INTERVAL));
+    }
+
+    #[test]
+    fn a_file_that_is_to_come_has_changed_when_it_is_there() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("mesh.obj");
+        let mut watched = Watched::new(path.to_str().unwrap()).unwrap();
+        assert!(!watched.has_changed(INTERVAL) && !watched.has_changed(INTERVAL));
+        fs::write(&path, "v 0 0 0\n").unwrap();
+        assert!(!watched.has_changed(INTERVAL), "it may be written still");
+        assert!(watched.has_changed(INTERVAL));
+        assert!(!watched.has_changed(INTERVAL));
     }
 
     #[test]

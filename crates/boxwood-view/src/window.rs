@@ -18,7 +18,8 @@ use winit::{
 };
 
 use crate::{
-    App, Button, Event, Key, Options, Report, Rest, Script, State, ViewError, Wish, script::Runner,
+    App, Button, Event, Key, Matter, Options, Report, Rest, Script, State, ViewError, Wish,
+    script::Runner,
 };
 
 /// Opens a window and stays until the user closes it, or the script is over. `heed` gets what is to be printed.
@@ -32,8 +33,7 @@ pub fn run_window(
     script: Option<Script>,
     heed: &mut dyn FnMut(Wish),
 ) -> Result<(State, Report), ViewError> {
-    let no_window = |error: String| ViewError::NoWindow(error);
-    let events = EventLoop::new().map_err(|error| no_window(error.to_string()))?;
+    let events = EventLoop::new().map_err(|error| no_window(&error.to_string()))?;
     let proxy = Mutex::new(events.create_proxy());
     let wake = Arc::new(move || {
         // After the window is gone nobody is to be woken.
@@ -46,6 +46,7 @@ pub fn run_window(
         size: options.size,
         app: App::new(Options { wake, ..options }),
         screen: None,
+        title: String::new(),
         runner: script.map(Runner::new),
         last: Instant::now(),
         frame_began: None,
@@ -54,12 +55,23 @@ pub fn run_window(
     };
     events
         .run_app(&mut handler)
-        .map_err(|error| no_window(error.to_string()))?;
+        .map_err(|error| no_window(&error.to_string()))?;
     if let Some(error) = handler.error {
         return Err(error);
     }
     let report = handler.runner.map(Runner::report).unwrap_or_default();
     Ok((handler.app.state(), report))
+}
+
+/// There is none, because of `cause`, in which winit names a place in its own source.
+fn no_window(cause: &str) -> ViewError {
+    let place = cause
+        .strip_prefix("os error at ")
+        .and_then(|place| place.split_once(".rs:"));
+    let cause = place
+        .and_then(|(_, line)| line.split_once(": "))
+        .map_or(cause, |(_, plain)| plain);
+    ViewError::new(Matter::Window, format!("no window can be opened: {cause}"))
 }
 
 /// The window, and the way to its pixels.
@@ -72,6 +84,8 @@ struct Handler<'a> {
     app: App,
     size: [u32; 2],
     screen: Option<Screen>,
+    /// Of the window.
+    title: String,
     runner: Option<Runner>,
     /// When the viewer last advanced.
     last: Instant,
@@ -88,7 +102,7 @@ impl ApplicationHandler for Handler<'_> {
         }
         match Screen::open(events, self.size) {
             Ok(screen) => self.screen = Some(screen),
-            Err(error) => self.fail(events, ViewError::NoWindow(error)),
+            Err(error) => self.fail(events, no_window(&error)),
         }
     }
 
@@ -113,7 +127,12 @@ impl ApplicationHandler for Handler<'_> {
         self.advance();
         self.fulfil(events);
         let Some(screen) = &self.screen else { return };
-        screen.window.set_title(&self.app.title());
+        let title = self.app.title();
+        // X11 tells the window of each new title, the same too, which would end the rest before it began.
+        if title != self.title {
+            screen.window.set_title(&title);
+            self.title = title;
+        }
         match self.app.rest() {
             Rest::AtMost(time) if self.runner.is_none() => {
                 events.set_control_flow(ControlFlow::WaitUntil(Instant::now() + time));
@@ -148,6 +167,7 @@ impl Handler<'_> {
                         window.set_fullscreen((!is_full).then_some(Fullscreen::Borderless(None)));
                     }
                 }
+                said if self.runner.is_some() && Runner::will_say(&self.app, &said) => {}
                 said => (self.heed)(said),
             }
         }
@@ -171,7 +191,7 @@ impl Handler<'_> {
             return;
         };
         if let Err(error) = screen.show(&mut self.app) {
-            self.fail(events, ViewError::NoWindow(error));
+            self.fail(events, no_window(&error));
         }
     }
 }
@@ -283,3 +303,19 @@ const FUNCTION_KEYS: [NamedKey; 12] = [
     NamedKey::F11,
     NamedKey::F12,
 ];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn that_there_is_no_window_is_said_without_places_in_foreign_source() {
+        let plain = "neither WAYLAND_DISPLAY nor DISPLAY is set";
+        let placed =
+            format!("os error at /home/me/.cargo/winit-0.30.12/src/x11/mod.rs:764: {plain}");
+        for cause in [plain, placed.as_str()] {
+            let said = no_window(cause).to_string();
+            assert_eq!(said, format!("no window can be opened: {plain}"));
+        }
+    }
+}

@@ -13,6 +13,7 @@ use std::{
 use boxwood::Counts;
 
 use crate::{
+    ViewError,
     picture::Painted,
     subject::{Built, Subject},
 };
@@ -26,7 +27,7 @@ pub(crate) enum News {
     /// What it is at, for the user.
     Doing(String),
     /// A new subject in its first structure.
-    Opened(Result<(Arc<Subject>, Arc<Built>), String>),
+    Opened(Result<(Arc<Subject>, Arc<Built>), ViewError>),
     /// Another structure around the subject; if so, to be shown beside the present one.
     Built(Result<Arc<Built>, String>, bool),
     /// A finer picture.

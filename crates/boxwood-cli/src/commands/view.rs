@@ -1,19 +1,24 @@
 //! `boxwood view`: look at a scene and move through it.
 
-use std::{path::PathBuf, sync::Arc};
+use std::{
+    path::PathBuf,
+    sync::{Arc, atomic::Ordering},
+};
 
 use boxwood::Structure;
 use boxwood_render::Shading;
 use boxwood_scene::{FlatMesh, Model};
 use boxwood_view::{
-    Aim, App, Options, Report, Script, State, ViewError, Wish, run_headless, run_window,
+    Aim, App, MAX_PIXELS, Matter, Options, Report, Script, State, ViewError, Wish, run_headless,
+    run_window,
 };
 use serde::Serialize;
 
 use crate::{
     args::{self, CameraArgs, CameraChoice, SceneArgs, StructureArgs, camera_flags},
-    output::{Exit, Output, Table, Trouble, short},
-    page::{self, Page, Server},
+    output::{Exit, Output, Table, Trouble, grouped, short},
+    page::{Offer, Page, Server},
+    progress::interrupted,
     warnings,
 };
 
@@ -38,7 +43,7 @@ pub(crate) struct Args {
     /// `sun`, or a shading (`boxwood list`). [default: sun]
     #[arg(long, value_name = "NAME", value_parser = look)]
     shading: Option<String>,
-    /// Begin as in this file, and write it in the end.
+    /// Begin as in this file, and write it in the end, also after Ctrl+C.
     #[arg(long, value_name = "FILE")]
     state: Option<PathBuf>,
     /// Follow a script, print how many frames a second that gave, and end.
@@ -92,20 +97,18 @@ struct Served {
 /// Serves the page with the scene until the program is ended.
 fn serve(args: &Args, out: &Output) -> anyhow::Result<Exit> {
     let page = Page::find(args.page.as_deref())?;
-    let scene = args.file.as_deref();
-    let model = scene.filter(|name| !name.starts_with("builtin:"));
-    if let Some(name) = model {
-        // The browser reads it; that it is one is known here already.
-        open(name).map_err(|cause| Trouble::input(cause, "name another file"))?;
-    }
-    let server = Server::bind(page, model.map(PathBuf::from), args.port).map_err(|error| {
+    let offer = match &args.file {
+        Some(name) => Offer::of(name, out)?,
+        None => Offer::default(),
+    };
+    let server = Server::bind(page, offer.source, args.port).map_err(|error| {
         let cause = format!(
             "port {} of 127.0.0.1 cannot be listened to: {error}",
             args.port
         );
         Trouble::usage(cause, "name another --port, or none")
     })?;
-    let url = server.url() + &scene.map(page::query).unwrap_or_default();
+    let url = server.url() + &offer.query;
     match out.is_json() {
         true => out.json(&Served { url })?,
         false => out.text(format!("the page is at {url} until you press Ctrl+C"))?,
@@ -124,12 +127,12 @@ pub(crate) fn run(args: &Args, out: &Output) -> anyhow::Result<Exit> {
         Some(path) => State::load(path).map_err(refused)?.unwrap_or_default(),
         None => State::default(),
     };
-    let options = args.options(remembered);
+    let options = args.options(remembered)?;
     let mut answer = Answer {
         file: options.file.clone(),
         structure: options.structure.name.to_owned(),
-        width: options.size[0],
-        height: options.size[1],
+        width: 0,
+        height: 0,
         threads: rayon::current_num_threads(),
         report: Report::default(),
     };
@@ -148,30 +151,44 @@ pub(crate) fn run(args: &Args, out: &Output) -> anyhow::Result<Exit> {
     } else {
         run_window(options, script, &mut heed).map_err(refused)?
     };
+    // As large as it came to be.
+    [answer.width, answer.height] = state.size.unwrap_or_default();
+    answer.report = report;
+    // What was measured is told before anything else can fail; and the state is saved whoever listens.
+    let told = match is_scripted {
+        true => answer.tell(out),
+        false => Ok(()),
+    };
     if let Some(path) = &args.state {
         state.save(path).map_err(refused)?;
     }
-    if is_scripted {
-        answer.report = report;
-        match out.is_json() {
-            true => out.json(&answer)?,
-            false => out.text(answer.text())?,
-        }
-    }
-    Ok(Exit::Ok)
+    told?;
+    Ok(match is_scripted && is_interrupted() {
+        true => Exit::Interrupted,
+        false => Exit::Ok,
+    })
+}
+
+/// Ctrl+C and its like end the viewer as its key does.
+fn is_interrupted() -> bool {
+    interrupted().load(Ordering::Relaxed)
 }
 
 /// What failed, and what to do instead.
-#[expect(clippy::needless_pass_by_value, reason = "fits map_err")]
 fn refused(error: ViewError) -> anyhow::Error {
-    let cause = error.to_string();
-    let trouble = match error {
-        ViewError::NoWindow(_) => Trouble::usage(
+    let ViewError {
+        kind,
+        cause,
+        remedy,
+    } = error;
+    let remedy = remedy.unwrap_or_else(|| "name another file".to_owned());
+    let trouble = match kind {
+        Matter::Scene | Matter::State => Trouble::input(cause, remedy),
+        Matter::Window => Trouble::usage(
             cause,
             "without a screen, `boxwood render` makes pictures, and --headless follows scripts",
         ),
-        ViewError::Script(_) => Trouble::usage(cause, "correct the script"),
-        ViewError::File(_) => Trouble::input(cause, "name another file, or remove it"),
+        Matter::Camera | Matter::Script | Matter::Output => Trouble::usage(cause, remedy),
     };
     trouble.into()
 }
@@ -187,7 +204,7 @@ impl Args {
     }
 
     /// What was typed, over what is remembered, over what is usual.
-    fn options(&self, remembered: State) -> Options {
+    fn options(&self, remembered: State) -> anyhow::Result<Options> {
         let file = self.file.clone().or_else(|| remembered.file.clone());
         // Another scene wants another camera.
         let aim = match self.file.is_none() || self.file == remembered.file {
@@ -211,8 +228,8 @@ impl Args {
             .as_deref()
             .and_then(|name| Structure::named(name).ok());
         let is_usual = self.structure.structure.name == Structure::DEFAULT;
-        let look = self.shading.clone().or(remembered.look);
-        Options {
+        let look = self.shading.clone().or_else(|| remembered.look.clone());
+        Ok(Options {
             file: file.unwrap_or_else(|| "builtin:bush".to_owned()),
             open: Arc::new(open),
             structure: structure
@@ -224,13 +241,26 @@ impl Args {
             log: remembered.log,
             size: match remembered.size {
                 Some(size) if typed.size == DEFAULT_SIZE => size,
-                _ => typed.size,
+                _ => held(typed.size)?,
             },
+            remembered,
             folder: PathBuf::from("."),
             camera_flags,
             wake: Arc::new(|| {}),
-        }
+            stop: is_interrupted,
+        })
     }
+}
+
+/// A size that the viewer can have.
+fn held(size: [u32; 2]) -> anyhow::Result<[u32; 2]> {
+    let [width, height] = size;
+    if u64::from(width) * u64::from(height) > MAX_PIXELS {
+        let most = grouped(MAX_PIXELS);
+        let cause = format!("--size {width}x{height} is more than {most} pixels");
+        return Err(Trouble::usage(cause, "choose a smaller --size").into());
+    }
+    Ok(size)
 }
 
 /// As all commands read scenes, within the memory that there is.
@@ -244,6 +274,13 @@ fn open(name: &str) -> Result<(Model, FlatMesh), String> {
 }
 
 impl Answer {
+    fn tell(&self, out: &Output) -> anyhow::Result<()> {
+        match out.is_json() {
+            true => out.json(self),
+            false => out.text(self.text()),
+        }
+    }
+
     fn text(&self) -> String {
         let Self {
             file,

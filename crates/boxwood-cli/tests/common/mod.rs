@@ -46,6 +46,7 @@ pub(crate) fn expect(folder: &Path, args: &[&str], code: i32) -> Output {
     output
 }
 
+#[allow(dead_code, reason = "not every test asks for JSON")]
 #[track_caller]
 pub(crate) fn json(folder: &Path, args: &[&str], code: i32) -> Value {
     let mut with_json = args.to_vec();

@@ -19,7 +19,7 @@ use crate::{
     keys::{Action, Key, action_of},
     navigate, overlay,
     picture::no_image,
-    subject::{Aim, Built, Subject},
+    subject::Built,
     walk::Picked,
     workshop::{Desk, News},
 };
@@ -345,38 +345,13 @@ impl App {
         }
         self.changed_look();
     }
-
-    /// Reads a scene in the background; what is shown stays until it is there.
-    pub(super) fn open(&mut self, name: &str, aim: Aim) {
-        let (name, open) = (name.to_owned(), Arc::clone(&self.options.open));
-        let (structure, options) = (self.options.structure.name, self.options.build.clone());
-        let structure = self.built.last().map_or(structure, |built| built.structure);
-        let size = self.options.size;
-        self.jobs.doing = Some(format!("reading {name}"));
-        self.jobs.building = None;
-        self.jobs.opening = Some(self.workshop.start(move |desk| {
-            let opened = || {
-                let loaded = open(&name)?;
-                let report = reporter(desk, structure);
-                let built = Built::new(&loaded.1, structure, &options, desk.cancel(), report);
-                let built = built.map_err(|error| format!("{name}: {error}"))?;
-                let subject = Subject::new(&name, loaded, &built.scene, &aim, size)?;
-                Ok((Arc::new(subject), Arc::new(built)))
-            };
-            desk.tell(News::Opened(opened()));
-        }));
-    }
-
-    /// The same file again, from the same camera.
-    pub(super) fn reload(&mut self) {
-        if let Some(subject) = self.subject.clone() {
-            self.open(&subject.name, Aim::at(&self.camera));
-        }
-    }
 }
 
 /// Tells how far a build is, in whole percents.
-fn reporter(desk: &Desk, structure: &'static str) -> impl Fn(f32) + Send + Sync + 'static {
+pub(super) fn reporter(
+    desk: &Desk,
+    structure: &'static str,
+) -> impl Fn(f32) + Send + Sync + 'static {
     let tell = desk.teller();
     let last = std::sync::atomic::AtomicU32::new(u32::MAX);
     move |share| {

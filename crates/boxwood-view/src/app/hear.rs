@@ -7,7 +7,6 @@ use crate::{
     Wish,
     picture::Painted,
     subject::{Built, Subject},
-    watch::Watched,
     workshop::{News, Ticket},
 };
 
@@ -32,15 +31,21 @@ impl App {
             News::Doing(doing) => self.jobs.doing = Some(doing),
             News::Opened(Ok((subject, built))) => self.opened(subject, built),
             News::Built(Ok(built), beside) => self.built(built, beside),
-            News::Opened(Err(error)) | News::Built(Err(error), _) => {
-                self.shown.split &= self.built.len() > 1;
-                self.fail(error);
+            News::Opened(Err(error)) => {
+                self.not_built(error.to_string());
+                self.failure = Some(error);
             }
+            News::Built(Err(error), _) => self.not_built(error),
             News::Painted(painted) => self.painted(painted),
             News::Counted(counts, rays) => self.counted = Some((counts, rays)),
             News::Said(text) => self.say(text),
             News::Ended => self.ended(number),
         }
+    }
+
+    fn not_built(&mut self, error: String) {
+        self.shown.split &= self.built.len() > 1;
+        self.fail(error);
     }
 
     fn opened(&mut self, subject: Arc<Subject>, built: Arc<Built>) {
@@ -56,7 +61,9 @@ impl App {
         {
             self.message = None;
         }
-        self.watched = Watched::new(&subject.name);
+        if let Some(asked) = self.asked.take() {
+            self.watched = asked.watched;
+        }
         self.camera = subject.camera;
         self.subject = Some(subject);
         self.built = vec![built];

@@ -6,7 +6,7 @@ use boxwood::STRUCTURES;
 
 use super::*;
 use crate::{
-    Aim, Button,
+    Aim, Button, Matter,
     keys::{Action, BINDINGS, Binding},
 };
 
@@ -22,9 +22,11 @@ fn options(file: &str, folder: &Path) -> Options {
         look: SUN.to_owned(),
         log: false,
         size: SIZE,
+        remembered: State::default(),
         folder: folder.to_owned(),
         camera_flags: |camera| format!("--fov {}", camera.fov),
         wake: Arc::new(|| {}),
+        stop: || false,
     }
 }
 
@@ -311,6 +313,132 @@ fn a_scene_that_cannot_be_read_leaves_an_empty_window_with_the_reason() {
     }
     settle(&mut app);
     assert_eq!(app.state().file, None);
+}
+
+#[test]
+fn what_was_remembered_stays_where_nothing_is_opened() {
+    let folder = tempfile::tempdir().unwrap();
+    let remembered = State {
+        file: Some("bunny.obj".to_owned()),
+        structure: Some("grid".to_owned()),
+        vp: Some([1.0, 2.0, 3.0]),
+        vi: Some([0.0; 3]),
+        vu: Some([0.0, 0.0, 1.0]),
+        fov: Some(20.0),
+        size: Some(SIZE),
+        look: Some(SUN.to_owned()),
+        ..State::default()
+    };
+    for name in ["bunny.obj", "another.obj"] {
+        let mut app = App::new(Options {
+            remembered: remembered.clone(),
+            ..options(name, folder.path())
+        });
+        assert_eq!(app.state(), remembered, "before it is read");
+        settle(&mut app);
+        press(&mut app, Key::Char('q'));
+        assert_eq!(app.state(), remembered);
+    }
+}
+
+#[test]
+fn a_scene_that_is_broken_or_missing_is_shown_once_it_can_be_read() {
+    let folder = tempfile::tempdir().unwrap();
+    for broken in [None, Some("v 0 0 0\nf 1 2 9\n")] {
+        let path = folder.path().join("mesh.obj");
+        let _ = fs::remove_file(&path);
+        if let Some(text) = broken {
+            fs::write(&path, text).unwrap();
+        }
+        let aim = Aim {
+            fov: Some(21.0),
+            ..Aim::default()
+        };
+        let mut app = App::new(Options {
+            aim,
+            ..options(path.to_str().unwrap(), folder.path())
+        });
+        settle(&mut app);
+        let failure = app.failure().unwrap();
+        assert_eq!(failure.kind, Matter::Scene, "{failure}");
+        fs::write(&path, "v 0 0 0\nv 2 0 0\nv 0 3 0.5\nf 1 2 3\n").unwrap();
+        for _ in 0..3 {
+            app.advance(watch::INTERVAL);
+        }
+        settle(&mut app);
+        assert_eq!(app.built.last().unwrap().scene.len(), 1);
+        assert_eq!((app.failure(), app.message()), (None, None));
+        assert_eq!(app.camera.fov, 21.0, "the first aim still holds");
+    }
+}
+
+#[test]
+fn beside_a_broken_file_the_scene_that_is_shown_is_still_read_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let [mesh, broken] = ["mesh.obj", "broken.obj"].map(|name| folder.path().join(name));
+    let triangle = "v 0 0 0\nv 2 0 0\nv 0 3 0.5\nf 1 2 3\n";
+    fs::write(&mesh, triangle).unwrap();
+    fs::write(&broken, "f 1 2 9\n").unwrap();
+    let mut app = App::new(options(mesh.to_str().unwrap(), folder.path()));
+    settle(&mut app);
+    app.handle(Event::Drop(broken.clone()));
+    settle(&mut app);
+    assert!(app.failure().is_some());
+    fs::write(&mesh, format!("{triangle}v 5 5 5\nf 1 2 4\n")).unwrap();
+    for _ in 0..3 {
+        app.advance(watch::INTERVAL);
+    }
+    settle(&mut app);
+    assert_eq!(app.built.last().unwrap().scene.len(), 2);
+}
+
+#[test]
+fn a_camera_that_shows_nothing_is_the_matter_of_who_aimed_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let point = Some([1.0, 2.0, 3.0]);
+    let both = Aim {
+        eye: point,
+        target: point,
+        ..Aim::default()
+    };
+    let number = Aim {
+        number: Some(99),
+        ..Aim::default()
+    };
+    for (aim, remedy) in [(both, "--vi"), (number, "counted from 0")] {
+        let mut app = App::new(Options {
+            aim,
+            ..options("builtin:cornell", folder.path())
+        });
+        settle(&mut app);
+        let failure = app.failure().unwrap();
+        assert_eq!(failure.kind, Matter::Camera, "{failure}");
+        assert!(failure.remedy.as_ref().unwrap().contains(remedy));
+    }
+}
+
+#[test]
+fn a_viewer_that_is_to_stop_wishes_to_quit() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut app = App::new(Options {
+        stop: || true,
+        ..options("builtin:cornell", folder.path())
+    });
+    app.advance(Duration::ZERO);
+    assert_eq!(app.wishes(), [Wish::Quit]);
+}
+
+#[test]
+fn a_window_larger_than_memory_shows_its_upper_part() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut app = App::new(Options {
+        size: [65_535, 65_535],
+        ..options("no/such/file.obj", folder.path())
+    });
+    assert_eq!(app.state().size, Some([65_535, 1024]));
+    app.handle(Event::Resize([u32::MAX, u32::MAX]));
+    assert_eq!(app.state().size, Some([65_535, 1024]));
+    assert_eq!(app.draw().rgb.len(), 65_535 * 1024);
 }
 
 #[test]
