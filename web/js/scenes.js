@@ -31,6 +31,8 @@ export let scene = null;
 const listeners = [];
 const pickers = [];
 let opening = Promise.resolve();
+/** Between a wish and its scene: the worker may have the new one already, which is not to be asked for what the old one still wants. */
+let isOpening = false;
 
 /** Calls `back` with each scene that is opened, and with the present one. */
 export function onScene(back) {
@@ -42,6 +44,7 @@ export function onScene(back) {
 export function open(name, bytes) {
   opening = opening.then(async () => {
     tell(`Opening ${name} …`);
+    isOpening = true;
     try {
       const model = bytes && await read(name, bytes);
       const seen = await ask("open", model ? name : `builtin:${name}`, model);
@@ -53,10 +56,11 @@ export function open(name, bytes) {
       tell([`${scene.title}: ${count(seen.triangles)} triangles.`, ...seen.warnings].join(" "));
       for (const picker of pickers) picker.chosen(bytes || !isListed(name) ? "" : name, scene.title);
       for (const listener of listeners) listener(scene);
-      refine(scene);
     } catch (error) {
       tell(`${error.message}${scene ? ` — ${scene.title} stays` : ""}`, true);
     }
+    isOpening = false;
+    if (scene) refine(scene);
   });
   return opening;
 }
@@ -80,13 +84,14 @@ async function traced(size) {
 
 /** Draws the picture of `shown` finer and finer, as long as it is the open scene. */
 async function refine(shown) {
-  for (const size of FINER) {
+  for (const size of FINER.slice(shown.refined ?? 0)) {
     // Whatever the figures ask meanwhile comes first.
     await new Promise((done) => setTimeout(done, 300));
-    if (scene !== shown || shown.pace * size[0] * size[1] > PATIENCE) return;
+    if (isOpening || scene !== shown || shown.pace * size[0] * size[1] > PATIENCE) return;
     const picture = await traced(size).catch(() => null);
     if (scene !== shown || !picture) return;
     shown.picture = picture;
+    shown.refined = (shown.refined ?? 0) + 1;
     for (const canvas of shows) canvas.paint();
   }
 }

@@ -154,7 +154,7 @@ test("the ray on the shared edge hits one triangle, by the rule of ties", async 
   await page.click("text=Put the ray on the shared edge");
   await tells("triangle")(page, "exactly zero");
   // A handle that was dragged has the focus, and a frame in the drawing's own large units would cover it.
-  const handle = page.getByRole("slider", { name: "the ray" });
+  const handle = page.getByRole("slider", { name: "the ray", exact: true });
   await handle.hover();
   await page.mouse.down();
   await page.mouse.move(500, 400);
