@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 /// A frame is to take no longer: 30 a second, and air for one that costs a fifth more than that before.
-const FRAME: Duration = Duration::from_millis(27);
+const FRAME: Duration = Duration::from_millis(26);
 /// What remains for the rays where everything else takes too long already.
 const LEAST: Duration = Duration::from_millis(4);
 /// The coarsest picture: one ray for 64 x 64 pixels.
@@ -109,7 +109,7 @@ mod tests {
         for full in [50.0, 200.0, 3000.0] {
             for (share, time) in settled(full * MS) {
                 assert!(
-                    time < 27.0 * MS && time > 13.0 * MS,
+                    time < 26.0 * MS && time > 13.0 * MS,
                     "{full}: {share}, {time}"
                 );
             }
