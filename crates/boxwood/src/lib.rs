@@ -64,6 +64,8 @@ pub use build::{
     AxisRule, BUILDERS, BuildOptions, BuildStep, BuildWalk, Builder, PRESETS, Preset, Progress,
 };
 pub use error::BuildError;
+#[cfg(feature = "distances")]
+pub use geom::Nearest;
 pub use geom::{Aabb, Affine, Hit, Interval, Obb, Ray, Sphere, Transform, Triangle};
 pub use query::{Counts, Query, Step, Walk};
 pub use scene::{Census, Instance, Placed, Scene, SceneBuilder};

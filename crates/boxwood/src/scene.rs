@@ -3,6 +3,8 @@
 mod census;
 mod change;
 mod instance;
+#[cfg(feature = "distances")]
+mod nearest;
 
 pub use census::Census;
 pub use instance::{Instance, Placed};
@@ -311,11 +313,16 @@ impl Scene {
         if self.starts.len() <= 1 {
             return hit;
         }
-        let geom = self.starts.partition_point(|&start| start <= hit.prim) - 1;
-        Hit {
-            geom: geom as u32,
-            prim: hit.prim - self.starts[geom],
-            ..hit
+        let [geom, prim] = self.mesh_of(hit.prim);
+        Hit { geom, prim, ..hit }
+    }
+
+    /// Mesh and number in it of the primitive with a number in the scene.
+    #[inline]
+    fn mesh_of(&self, prim: u32) -> [u32; 2] {
+        match self.starts.partition_point(|&start| start <= prim) {
+            0 => [0, prim],
+            next => [next as u32 - 1, prim - self.starts[next - 1]],
         }
     }
 }
@@ -331,7 +338,7 @@ impl std::fmt::Debug for Scene {
 }
 
 /// Runs `f` on pieces of both slices, in parallel where that is compiled in and worth it.
-fn for_chunks<T: Send>(rays: &[Ray], answers: &mut [T], f: impl Fn(&[Ray], &mut [T]) + Sync) {
+fn for_chunks<Q: Sync, T: Send>(rays: &[Q], answers: &mut [T], f: impl Fn(&[Q], &mut [T]) + Sync) {
     #[cfg(feature = "rayon")]
     if rays.len() > CHUNK {
         use rayon::prelude::*;

@@ -5,6 +5,8 @@
 mod aabb;
 mod float;
 mod hit;
+#[cfg(feature = "distances")]
+mod nearest;
 mod obb;
 mod ray;
 mod slab;
@@ -15,6 +17,8 @@ mod triangle;
 pub use aabb::Aabb;
 pub(crate) use float::{max, min};
 pub use hit::{Candidate, Hit};
+#[cfg(feature = "distances")]
+pub use nearest::{Foot, Nearest};
 pub use obb::Obb;
 pub(crate) use ray::{LEAST_PAD, LIFT, MAX_DIR, MIN_DIR, PAD_PER_DIR};
 pub use ray::{PreparedRay, Ray};

@@ -13,6 +13,8 @@ pub use parts::Parts;
 pub use spheres::Spheres;
 pub use triangles::Triangles;
 
+#[cfg(feature = "distances")]
+use crate::geom::Triangle;
 use crate::geom::{Aabb, Candidate, PreparedRay};
 
 /// A numbered set of primitives of one kind.
@@ -44,6 +46,12 @@ pub trait Primitives: Send + Sync + Sized + 'static {
     /// The test. At most one hit, the first in the ray's range if the shape has several; the caller checks the range and
     /// binds `t` to the primitive's box.
     fn intersect(&self, index: usize, ray: &PreparedRay) -> Option<Candidate>;
+
+    /// The primitive as a triangle, if it is one.
+    #[cfg(feature = "distances")]
+    fn triangle(&self, _index: usize) -> Option<&Triangle> {
+        None
+    }
 
     /// The same primitives in another order, side by side for a structure that reads them so.
     fn gather(&self, order: &[u32]) -> Self;

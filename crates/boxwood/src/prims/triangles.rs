@@ -37,6 +37,11 @@ impl Primitives for Triangles {
         self.0[index].intersect(ray)
     }
 
+    #[cfg(feature = "distances")]
+    fn triangle(&self, index: usize) -> Option<&Triangle> {
+        Some(&self.0[index])
+    }
+
     fn gather(&self, order: &[u32]) -> Self {
         Self(order.iter().map(|&i| self.0[i as usize]).collect())
     }

@@ -8,6 +8,8 @@ pub use crate::observe::{
 };
 pub use walk::{Step, Walk};
 
+#[cfg(feature = "distances")]
+use crate::geom::Nearest;
 use crate::geom::{Aabb, Hit, PreparedRay, Ray};
 use crate::prims::Geometry;
 
@@ -31,6 +33,14 @@ pub trait Query: Send + Sync {
 
     /// [`Query::occluded`] for each ray.
     fn occluded_each(&self, rays: &[Ray], occluded: &mut [bool]);
+
+    /// The place of a triangle that is nearest to each point, the one with the smallest `(distance, geometry, primitive)`: the
+    /// slices are walked together. `None` for a point that is not finite or outside the domain, and where there are no triangles:
+    /// other primitives have no nearest places yet. Triangles without area count, as the edges or points that they are.
+    ///
+    /// Wide structures ask few triangles, the others all.
+    #[cfg(feature = "distances")]
+    fn nearest_each(&self, points: &[[f32; 3]], nearest: &mut [Option<Nearest>]);
 
     /// [`Query::closest_hit`], adding its work to `counts`.
     fn closest_hit_counted(&self, ray: &Ray, counts: &mut Counts) -> Option<Hit>;

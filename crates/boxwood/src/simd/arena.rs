@@ -135,6 +135,7 @@ impl PlaneRow {
 
 impl<'a> NodeRows<'a> {
     /// Rows that are not in an arena.
+    #[cfg(feature = "compact")]
     #[inline(always)]
     pub(crate) fn of(rows: &'a [Row; 8]) -> Self {
         Self {
@@ -201,6 +202,7 @@ pub(crate) struct AxisRows<'a> {
 
 impl<'a> LeafRows<'a> {
     /// Rows that are not in an arena.
+    #[cfg(feature = "compact")]
     #[inline(always)]
     pub(crate) fn of(rows: &'a [Row; 9]) -> Self {
         Self {

@@ -2,9 +2,13 @@
 //! be bounded objects themselves. Its `ray_intersect` asks each child and returns the closest hit.
 
 use super::indexed::Trace;
+#[cfg(feature = "distances")]
+use super::nearest::nearest_of_all;
 use super::visit::{hit, sort_once};
 use crate::build::{BuildInput, BuildOptions, Topology};
 use crate::error::BuildError;
+#[cfg(feature = "distances")]
+use crate::geom::Nearest;
 use crate::geom::{Aabb, Hit, Interval, PreparedRay, Ray, Sphere, Triangle};
 use crate::prims::{Primitives, Spheres, Tested, Triangles, boxes};
 use crate::query::{
@@ -403,6 +407,12 @@ impl<V: BoundingVolume, P: Primitives> Trace for BoundedTree<V, P> {
             root.collect_hits(&self.loosened(ray), observer, hits);
         }
         sort_once(hits);
+    }
+
+    #[cfg(feature = "distances")]
+    fn nearest(&self, point: &[f32; 3]) -> Option<Nearest> {
+        let active = (0..self.prims.len()).filter(|&i| self.prims.is_active(i));
+        nearest_of_all(&*self.prims, active.map(|i| (i, i as u32)), point)
     }
 
     fn nodes(&self, visit: &mut dyn FnMut(NodeInfo)) {

@@ -1,9 +1,13 @@
 //! A structure together with its primitives: something that can be asked.
 
+#[cfg(feature = "distances")]
+use super::nearest::{is_in_domain, nearest_of_all};
 use super::visit::{AllHits, Asked, ClosestHit, Occluded};
 use super::{Accel, instanced};
 use crate::build::BuildOptions;
 use crate::error::BuildError;
+#[cfg(feature = "distances")]
+use crate::geom::Nearest;
 use crate::geom::{Hit, PreparedRay, Ray};
 use crate::prims::{Geometry, Primitives, boxes, with_primitives};
 use crate::query::{Counts, NoObserver, NodeInfo, Observer, Query, Walk, Watch};
@@ -57,6 +61,9 @@ pub trait Trace: Send + Sync {
     fn is_occluded<O: Observer>(&self, ray: &PreparedRay, observer: &mut O) -> bool;
     /// Adds to `hits`, sorted; see [`Query::all_hits`].
     fn collect<O: Observer>(&self, ray: &PreparedRay, hits: &mut Vec<Hit>, observer: &mut O);
+    /// See [`Query::nearest_each`].
+    #[cfg(feature = "distances")]
+    fn nearest(&self, point: &[f32; 3]) -> Option<Nearest>;
     /// See [`Query::refitted`].
     fn refit(&self, _geometry: &Geometry) -> Option<Box<dyn Query>> {
         None
@@ -101,6 +108,12 @@ impl<A: Accel, P: Primitives> Trace for Indexed<A, P> {
         };
         self.accel.traverse(ray, &mut visitor);
         visitor.finish();
+    }
+
+    #[cfg(feature = "distances")]
+    fn nearest(&self, point: &[f32; 3]) -> Option<Nearest> {
+        let ids = self.accel.order().iter().copied().enumerate();
+        nearest_of_all(&self.prims, ids, point)
     }
 
     fn refit(&self, geometry: &Geometry) -> Option<Box<dyn Query>> {
@@ -158,6 +171,13 @@ impl<T: Trace> Query for T {
         for (ray, answer) in rays.iter().zip(occluded) {
             *answer =
                 PreparedRay::new(ray).is_some_and(|ray| self.is_occluded(&ray, &mut NoObserver));
+        }
+    }
+
+    #[cfg(feature = "distances")]
+    fn nearest_each(&self, points: &[[f32; 3]], nearest: &mut [Option<Nearest>]) {
+        for (point, answer) in points.iter().zip(nearest) {
+            *answer = is_in_domain(point).then(|| self.nearest(point)).flatten();
         }
     }
 

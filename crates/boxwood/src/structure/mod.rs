@@ -12,6 +12,8 @@ mod grid;
 mod indexed;
 mod instanced;
 mod list;
+#[cfg(feature = "distances")]
+mod nearest;
 mod visit;
 mod wide;
 

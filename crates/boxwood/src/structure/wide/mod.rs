@@ -22,6 +22,8 @@ mod full;
 mod lanes;
 mod layout;
 mod meet;
+#[cfg(feature = "distances")]
+mod nearest;
 mod packet;
 mod pending;
 mod prepare;

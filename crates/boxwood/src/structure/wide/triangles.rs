@@ -5,12 +5,16 @@ use super::Compact;
 use super::batch::{self, Answers};
 use super::form::Form;
 use super::layout::{MAX_GRANULES, Ref};
+#[cfg(feature = "distances")]
+use super::nearest::nearest_of_each;
 use super::pending::Best;
 use super::single;
 use super::walk::{Leaves, for_each, walk};
 use super::{Full, Payload, Wide};
 use crate::build::{BuildOptions, WideTopology};
 use crate::error::BuildError;
+#[cfg(feature = "distances")]
+use crate::geom::Nearest;
 use crate::geom::{Candidate, Hit, PreparedRay, Ray, Triangle};
 use crate::prims::{Tested, Triangles, boxes};
 use crate::query::{
@@ -28,6 +32,7 @@ impl<M: Form> WideTriangles<M> {
     ///
     /// # Errors
     /// [`BuildError::TooLarge`] beyond 4 GB, [`BuildError::OutOfMemory`], and those of the builder.
+    #[cfg(any(feature = "compact", test))]
     pub(crate) fn boxed(
         prims: &Triangles,
         options: &BuildOptions,
@@ -310,6 +315,11 @@ impl<M: Form> Query for WideTriangles<M> {
             &rays[..count],
             &mut OccludedEach(&mut occluded[..count]),
         );
+    }
+
+    #[cfg(feature = "distances")]
+    fn nearest_each(&self, points: &[[f32; 3]], nearest: &mut [Option<Nearest>]) {
+        dispatch!(self.0.level.0, simd => nearest_of_each(simd, &self.0, points, nearest));
     }
 
     fn closest_hit_counted(&self, ray: &Ray, counts: &mut Counts) -> Option<Hit> {
