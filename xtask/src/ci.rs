@@ -71,7 +71,7 @@ pub(crate) fn run(_: &[String]) -> Result<()> {
     figures::check()?;
     dependencies()?;
     // A look at each format; longer ones are made by hand: `cargo xtask fuzz 600`.
-    fuzz::run(&["20".to_owned()])
+    fuzz::run(&["10".to_owned()])
 }
 
 fn cargo(name: &str, args: &[&str]) -> Result<()> {

@@ -5,6 +5,7 @@ mod asm;
 mod ci;
 mod figures;
 mod fuzz;
+mod python;
 mod shell;
 mod view_test;
 mod web;
@@ -43,7 +44,7 @@ const CHORES: &[Chore] = &[
     ),
     (
         "web",
-        "the page, with Boxwood as WebAssembly; --serve shows it on 127.0.0.1:8080",
+        "the page, with Boxwood as WebAssembly; `boxwood view --web` shows it",
         web::run,
     ),
     (
@@ -51,13 +52,18 @@ const CHORES: &[Chore] = &[
         "the page's tests in headless Chromium",
         web::test,
     ),
+    (
+        "python-test",
+        "the wheel of the Python package in a fresh environment, and its tests",
+        python::test,
+    ),
 ];
 
 fn main() -> Result<()> {
     let args: Vec<String> = std::env::args().skip(1).collect();
     let Some((name, rest)) = args.split_first() else {
         for (name, about, _) in CHORES {
-            println!("cargo xtask {name:<10} {about}");
+            println!("cargo xtask {name:<11} {about}");
         }
         return Ok(());
     };

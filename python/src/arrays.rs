@@ -1,0 +1,39 @@
+//! Arrays in and out.
+
+use numpy::ndarray::{Array1, Array2};
+use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArray2, PyUntypedArrayMethods};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+
+/// A copy of the rows of an array of `N` columns.
+pub(crate) fn rows<T: numpy::Element + Copy + Default, const N: usize>(
+    array: &PyReadonlyArray2<'_, T>,
+    what: &str,
+) -> PyResult<Vec<[T; N]>> {
+    if array.shape()[1] != N {
+        return Err(PyValueError::new_err(format!(
+            "{what} must have {N} columns, not {}",
+            array.shape()[1]
+        )));
+    }
+    let slice = array
+        .as_slice()
+        .map_err(|_| PyValueError::new_err(format!("{what} must be contiguous")))?;
+    Ok(slice.as_chunks::<N>().0.to_vec())
+}
+
+/// A vector as an array, without a copy.
+pub(crate) fn column<T: numpy::Element>(py: Python<'_>, values: Vec<T>) -> Bound<'_, PyArray1<T>> {
+    Array1::from_vec(values).into_pyarray(py)
+}
+
+/// Rows as an array, without a copy.
+pub(crate) fn table<T: numpy::Element, const N: usize>(
+    py: Python<'_>,
+    rows: Vec<[T; N]>,
+) -> PyResult<Bound<'_, PyArray2<T>>> {
+    let count = rows.len();
+    let array = Array2::from_shape_vec((count, N), rows.into_flattened())
+        .map_err(|error| PyValueError::new_err(error.to_string()))?;
+    Ok(array.into_pyarray(py))
+}

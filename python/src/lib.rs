@@ -1,0 +1,17 @@
+//! Boxwood for Python: what `boxwood/scene.py` calls.
+//!
+//! Everything comes as contiguous arrays of one type, which `arrays.py` makes of whatever a user has. They are copied while the
+//! interpreter is held, since any thread could change them later; then it is let go while Boxwood works.
+
+mod arrays;
+mod pool;
+mod scene;
+
+use pyo3::prelude::*;
+
+#[pymodule]
+fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+    module.add_class::<scene::NativeScene>()?;
+    module.add_function(wrap_pyfunction!(scene::load, module)?)
+}

@@ -1,0 +1,44 @@
+"""The drop-in for trimesh: the same questions, the same shapes."""
+
+import numpy as np
+import pytest
+
+trimesh = pytest.importorskip("trimesh")
+
+from boxwood.trimesh import RayMeshIntersector  # noqa: E402
+
+
+@pytest.fixture
+def ball():
+    mesh = trimesh.creation.icosphere(subdivisions=3)
+    mesh.ray = RayMeshIntersector(mesh)
+    return mesh
+
+
+def test_it_serves_as_mesh_ray(ball):
+    origins = np.random.default_rng(3).uniform(-2, 2, (2000, 3))
+    inside = ball.contains(origins)
+    assert np.array_equal(inside, ball.ray.contains_points(origins))
+    radius = np.linalg.norm(origins, axis=1)
+    assert not inside[radius > 1].any() and inside[radius < 0.98].all()
+
+
+def test_places_rays_and_triangles_belong_together(ball):
+    origins = np.tile([[0.0, 0.1, -3.0]], (5, 1)) + np.arange(5)[:, None] * [0.05, 0, 0]
+    directions = np.tile([[0.0, 0.0, 1.0]], (5, 1))
+    places, ray, tri = ball.ray.intersects_location(origins, directions)
+    assert len(places) == len(ray) == len(tri) == 10
+    np.testing.assert_allclose(places[:, :2], origins[ray, :2], atol=1e-6)
+    normals, corners = ball.face_normals[tri], ball.triangles[tri, 0]
+    assert np.abs(np.einsum("ij,ij->i", normals, places - corners)).max() < 1e-5
+    first, _, _ = ball.ray.intersects_location(origins, directions, multiple_hits=False)
+    assert len(first) == 5 and (first[:, 2] < 0).all()
+
+
+def test_first_and_any(ball):
+    origins, directions = [[0, 0.1, -3], [0, 5, -3]], [[0, 0, 1], [0, 0, 1]]
+    first = ball.ray.intersects_first(origins, directions)
+    assert first[0] >= 0 and first[1] == -1
+    assert ball.ray.intersects_any(origins, directions).tolist() == [True, False]
+    tri, ray = ball.ray.intersects_id(origins, directions, max_hits=1)
+    assert tri.tolist() == [first[0]] and ray.tolist() == [0]
