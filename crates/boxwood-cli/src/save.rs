@@ -1,13 +1,12 @@
 //! Where results go: files that are whole or not there, or standard output.
 
 use std::{
-    fs,
     io::{self, Write},
-    path::{Path, PathBuf},
+    path::Path,
 };
 
 use anyhow::Context;
-use boxwood_render::{RenderError, save_atomically_telling};
+use boxwood_render::{RenderError, followed, save_atomically_telling};
 
 use crate::{
     output::{Output, STDOUT, Trouble},
@@ -31,7 +30,12 @@ pub(crate) fn check(name: Option<&str>, out: &Output, extensions: &[&str]) -> an
     if name.is_empty() {
         return Err(Trouble::usage("the name of the output is empty", "name a file").into());
     }
-    let path = &*target(name)?;
+    let path = &*followed(Path::new(name)).map_err(|error| {
+        Trouble::usage(
+            format!("{name}: {error}"),
+            "remove it or choose another name",
+        )
+    })?;
     if !extensions.contains(&&*extension(name)) {
         let known: Vec<String> = extensions
             .iter()
@@ -61,25 +65,6 @@ pub(crate) fn check(name: Option<&str>, out: &Output, extensions: &[&str]) -> an
     Ok(())
 }
 
-/// The file that `name` leads to by links, which may be yet to come: a link stays a link.
-fn target(name: &str) -> anyhow::Result<PathBuf> {
-    /// As many as Linux follows.
-    const MOST_LINKS: usize = 40;
-    let mut path = PathBuf::from(name);
-    for _ in 0..MOST_LINKS {
-        let Ok(next) = fs::read_link(&path) else {
-            return Ok(path);
-        };
-        // A relative link begins in its own folder.
-        path = path.parent().unwrap_or(Path::new("")).join(next);
-    }
-    Err(Trouble::usage(
-        format!("{name}: is a link that leads to itself"),
-        "remove it or choose another name",
-    )
-    .into())
-}
-
 /// In lower case, without the dot; empty if there is none.
 pub(crate) fn extension(name: &str) -> String {
     Path::new(name)
@@ -97,16 +82,9 @@ pub(crate) fn save(
     if name == "-" {
         return stream(io::stdout().lock(), write).context(STDOUT);
     }
-    let path = target(name)?;
-    match fs::metadata(&path) {
-        Ok(found) if !found.is_file() && !found.is_dir() => {
-            let cannot = || format!("{name}: cannot be written");
-            stream(fs::File::create(&path).with_context(cannot)?, write).with_context(cannot)
-        }
-        _ => Ok(unfinished(|begun| {
-            save_atomically_telling(&path, begun, write)
-        })?),
-    }
+    Ok(unfinished(|begun| {
+        save_atomically_telling(Path::new(name), begun, write)
+    })?)
 }
 
 /// The whole at once: encoders speak of errors in their own words, and a broken pipe must stay one.
@@ -124,14 +102,7 @@ fn stream(
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    fn hello(out: &mut dyn Write) -> Result<(), RenderError> {
-        out.write_all(b"hello")
-            .map_err(|error| RenderError::Encode {
-                format: "PNG",
-                cause: error.to_string(),
-            })
-    }
+    use std::fs;
 
     #[test]
     fn what_cannot_be_written_is_found_before_the_work() {
@@ -156,32 +127,12 @@ mod tests {
 
     #[cfg(unix)]
     #[test]
-    fn devices_are_written_to_and_links_are_kept() {
+    fn a_link_that_leads_to_itself_is_refused_before_the_work() {
         let folder = tempfile::tempdir().unwrap();
-        let at = |name: &str| folder.path().join(name);
-        save("/dev/null", hello).unwrap();
-        assert!(!fs::metadata("/dev/null").unwrap().is_file());
-        fs::write(at("real"), b"old").unwrap();
-        std::os::unix::fs::symlink(at("real"), at("link")).unwrap();
-        save(&at("link").display().to_string(), hello).unwrap();
-        assert_eq!(fs::read(at("real")).unwrap(), b"hello");
-        assert!(fs::symlink_metadata(at("link")).unwrap().is_symlink());
-    }
-
-    #[cfg(unix)]
-    #[test]
-    fn a_link_to_what_is_not_yet_there_is_followed_and_a_loop_is_refused() {
-        use std::os::unix::fs::symlink;
-        let folder = tempfile::tempdir().unwrap();
-        let at = |name: &str| folder.path().join(name);
-        fs::create_dir(at("sub")).unwrap();
-        symlink("sub/b.png", at("a.png")).unwrap();
-        symlink("c.png", at("sub/b.png")).unwrap();
-        save(&at("a.png").display().to_string(), hello).unwrap();
-        assert_eq!(fs::read(at("sub/c.png")).unwrap(), b"hello");
-        assert!(at("a.png").is_symlink() && at("sub/b.png").is_symlink());
-        symlink("loop.png", at("loop.png")).unwrap();
-        let error = save(&at("loop.png").display().to_string(), hello).unwrap_err();
+        let name = folder.path().join("loop.png");
+        std::os::unix::fs::symlink(&name, &name).unwrap();
+        let text = Output::new("render", false);
+        let error = check(Some(&name.display().to_string()), &text, &["png"]).unwrap_err();
         assert!(error.to_string().contains("leads to itself"), "{error}");
     }
 

@@ -45,7 +45,7 @@ pub use frames::{FrameRays, Frames, Tracer};
 pub use image::Image;
 pub use light::PointLight;
 pub use output::{
-    Picture, read_picture, save_atomically, save_atomically_telling, write_exr, write_png,
+    Picture, followed, read_picture, save_atomically, save_atomically_telling, write_exr, write_png,
 };
 pub use render::{Crop, MAX_PIXELS, MAX_SAMPLES, Progress, RenderOptions, Watch, render};
 pub use scale::{Scale, ScaleOptions};

@@ -16,7 +16,6 @@ mod overlay;
 mod pace;
 mod picture;
 mod project;
-mod save;
 mod script;
 mod state;
 mod subject;

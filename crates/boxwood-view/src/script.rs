@@ -5,11 +5,11 @@ use std::{
     time::{Duration, Instant},
 };
 
-use boxwood_render::write_png;
+use boxwood_render::{save_atomically, write_png};
 use boxwood_scene::Camera;
 use serde::Serialize;
 
-use crate::{App, Event, Key, Matter, ViewError, Wish, navigate, save::save};
+use crate::{App, Event, Key, Matter, ViewError, Wish, navigate};
 
 /// What is to be done, in order.
 #[derive(Clone, Debug, PartialEq)]
@@ -279,7 +279,8 @@ fn row(what: String, times: &[Duration], pixels: f64) -> Row {
 
 fn shoot(app: &mut App, path: &Path) -> Result<(), ViewError> {
     let image = app.draw();
-    save(path, |out| write_png(image, &[], out))
+    save_atomically(path, |out| write_png(image, &[], out))
+        .map_err(|error| ViewError::output(path, error))
 }
 
 /// Follows `script` without a window; `heed` gets the viewer's wishes. Ends early when the viewer is to quit.

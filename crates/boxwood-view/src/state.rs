@@ -6,11 +6,11 @@ use std::{
     path::Path,
 };
 
-use boxwood_render::{RenderError, View};
+use boxwood_render::{RenderError, View, save_atomically};
 use boxwood_scene::Camera;
 use serde::{Deserialize, Serialize};
 
-use crate::{Aim, Matter, ViewError, app::MAX_PIXELS, save::save};
+use crate::{Aim, Matter, ViewError, app::MAX_PIXELS};
 
 /// Everything that is restored. Numbers that a file leaves out are as usual.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -104,11 +104,12 @@ impl State {
             format: "JSON",
             cause,
         };
-        save(path, |out| {
+        save_atomically(path, |out| {
             serde_json::to_writer_pretty(&mut *out, &state)
                 .map_err(|error| failed(error.to_string()))?;
             writeln!(out).map_err(|error| failed(error.to_string()))
         })
+        .map_err(|error| ViewError::output(path, error))
     }
 
     /// The camera, as far as it is known.

@@ -7,7 +7,7 @@ mod save;
 pub use self::{
     exr::write_exr,
     png::write_png,
-    save::{save_atomically, save_atomically_telling},
+    save::{followed, save_atomically, save_atomically_telling},
 };
 
 use crate::RenderError;

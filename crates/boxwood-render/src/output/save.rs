@@ -1,8 +1,9 @@
 //! Files that are whole or not there.
 
 use std::{
+    fs,
     io::{self, BufWriter, ErrorKind, Write},
-    path::Path,
+    path::{Path, PathBuf},
 };
 
 use tempfile::Builder;
@@ -13,7 +14,9 @@ use crate::RenderError;
 ///
 /// Whoever reads `path` sees the old file or the new one, never a half. On any error what stood
 /// there stays, and the new file is removed; the error names the path, the cause and what to do.
-/// A file that is replaced hands its permissions on; a new one gets the usual ones.
+/// A file that is replaced hands its permissions on; a new one gets the usual ones. A link stays a
+/// link: what it leads to is replaced. What is no plain file, such as a pipe or a device, is written
+/// to as it is, once `write` has given all.
 pub fn save_atomically(
     path: &Path,
     write: impl FnOnce(&mut dyn Write) -> Result<(), RenderError>,
@@ -36,13 +39,22 @@ pub fn save_atomically_telling(
             remedy,
         }
     };
-    let folder = path
+    let target = &*followed(path).map_err(failed)?;
+    match target.metadata() {
+        Ok(found) if found.is_dir() => {
+            return Err(failed(io::Error::from(ErrorKind::IsADirectory)));
+        }
+        Ok(found) if !found.is_file() => {
+            let mut bytes = Vec::new();
+            write(&mut bytes)?;
+            return fs::write(target, bytes).map_err(failed);
+        }
+        _ => {}
+    }
+    let folder = target
         .parent()
         .filter(|folder| !folder.as_os_str().is_empty())
         .unwrap_or(Path::new("."));
-    if path.is_dir() {
-        return Err(failed(io::Error::from(ErrorKind::IsADirectory)));
-    }
     let mut file = new_file(folder).map_err(failed)?;
     begun(file.path());
     let mut out = Watched {
@@ -56,14 +68,32 @@ pub fn save_atomically_telling(
     }
     written?;
     drop(out);
-    if let Ok(old) = path.metadata() {
+    if let Ok(old) = target.metadata() {
         file.as_file()
             .set_permissions(old.permissions())
             .map_err(failed)?;
     }
     file.as_file().sync_all().map_err(failed)?;
-    file.persist(path).map_err(|error| failed(error.error))?;
+    file.persist(target).map_err(|error| failed(error.error))?;
     Ok(())
+}
+
+/// The file that `path` leads to by links, which may be yet to come.
+///
+/// # Errors
+/// If they lead back to themselves.
+pub fn followed(path: &Path) -> io::Result<PathBuf> {
+    /// As many as Linux follows.
+    const MOST_LINKS: usize = 40;
+    let mut path = path.to_owned();
+    for _ in 0..MOST_LINKS {
+        let Ok(next) = fs::read_link(&path) else {
+            return Ok(path);
+        };
+        // A relative link begins in its own folder.
+        path = path.parent().unwrap_or(Path::new("")).join(next);
+    }
+    Err(io::Error::other("is a link that leads to itself"))
 }
 
 /// With the permissions of a file that any program makes, not the closed ones of a secret.
@@ -204,5 +234,29 @@ mod tests {
         };
         assert!(watched.write(b"x").is_err());
         assert!(remedy(&watched.error.unwrap()).contains("full"));
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn devices_are_written_to_and_links_are_kept() {
+        use std::os::unix::fs::symlink;
+        let hello = |out: &mut dyn Write| out.write_all(b"hello").map_err(|_| unreachable!());
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        save_atomically(Path::new("/dev/null"), hello).unwrap();
+        assert!(!fs::metadata("/dev/null").unwrap().is_file());
+        fs::write(at("real"), b"old").unwrap();
+        symlink(at("real"), at("link")).unwrap();
+        fs::create_dir(at("sub")).unwrap();
+        symlink("sub/b", at("first")).unwrap();
+        symlink("to come", at("sub/b")).unwrap();
+        for (link, file) in [("link", "real"), ("first", "sub/to come")] {
+            save_atomically(&at(link), hello).unwrap();
+            assert_eq!(fs::read(at(file)).unwrap(), b"hello");
+            assert!(fs::symlink_metadata(at(link)).unwrap().is_symlink());
+        }
+        symlink(at("loop"), at("loop")).unwrap();
+        let error = save_atomically(&at("loop"), hello).unwrap_err();
+        assert!(error.to_string().contains("leads to itself"), "{error}");
     }
 }

@@ -1,15 +1,13 @@
 //! What the user's hands do.
 
 use std::{
-    fs::File,
-    io::BufWriter,
     path::PathBuf,
     sync::Arc,
     time::{Duration, Instant},
 };
 
 use boxwood::STRUCTURES;
-use boxwood_render::{View, write_png};
+use boxwood_render::{View, save_atomically, write_png};
 use boxwood_scene::Camera;
 
 use super::App;
@@ -202,10 +200,9 @@ impl App {
             if path.exists() {
                 continue;
             }
-            let file = File::create_new(&path).map_err(|error| error.to_string())?;
             let camera = (self.options.camera_flags)(&self.camera);
             let texts = [("Camera", &*camera), ("Shading", self.look)];
-            write_png(&self.frame, &texts, BufWriter::new(file))
+            save_atomically(&path, |out| write_png(&self.frame, &texts, out))
                 .map_err(|error| error.to_string())?;
             return Ok(path);
         }
