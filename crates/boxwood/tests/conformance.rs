@@ -239,14 +239,7 @@ fn spheres_agree_with_the_list() {
 #[test]
 fn leaves_are_never_larger_than_a_structure_takes() {
     let mesh = common::star(14, 20, 3.0);
-    let scene = |structure: &str, options: BuildOptions| {
-        let builder = Scene::builder().mesh(&mesh.0, &mesh.1);
-        builder
-            .structure(structure)
-            .options(options)
-            .build()
-            .unwrap()
-    };
+    let scene = |structure, options| common::built(&mesh, structure, options);
     let truth = truth(&scene("list", BuildOptions::default()), rays(&mesh, 500, 4));
     for structure in STRUCTURES.iter().filter(|s| s.is_tree) {
         for builder in BUILDERS {

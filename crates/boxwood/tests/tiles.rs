@@ -3,8 +3,8 @@
 mod common;
 
 use boxwood::check::{Aim, Rays};
-use boxwood::{BuildOptions, Builder, Hit, InstructionSet, Ray, Scene};
-use common::{code, scenes, triangles};
+use boxwood::{BuildOptions, Builder, Hit, InstructionSet, Ray};
+use common::{built, code, scenes, triangles};
 
 const TILE: usize = 64;
 const TILES: u64 = 120;
@@ -21,14 +21,7 @@ fn coherent_tiles_agree_with_the_list_on_every_scene() {
         let shapes = triangles(&mesh);
         let aimed = Rays::new(&shapes, Aim::Tiles, 3);
         let rays: Vec<Ray> = (0..TILES * TILE as u64).map(|k| aimed.ray(k)).collect();
-        let build = |structure: &str, options: BuildOptions| {
-            let builder = Scene::builder().mesh(&mesh.0, &mesh.1);
-            builder
-                .structure(structure)
-                .options(options)
-                .build()
-                .unwrap()
-        };
+        let build = |structure, options| built(&mesh, structure, options);
         let list = build("list", BuildOptions::default());
         let expected: Vec<_> = rays.iter().map(|ray| list.closest_hit(ray)).collect();
         hits += expected.iter().flatten().count();

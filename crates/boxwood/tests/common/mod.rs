@@ -2,7 +2,7 @@
 
 #![allow(dead_code, reason = "each test binary uses a part")]
 
-use boxwood::{Ray, Triangle};
+use boxwood::{BuildOptions, Ray, Scene, Triangle};
 
 /// A small generator with a fixed law, so that a failing seed fails everywhere.
 pub(crate) struct Random(u64);
@@ -49,6 +49,16 @@ pub(crate) fn triangles((positions, indices): &Mesh) -> Vec<Triangle> {
         .iter()
         .map(|t| Triangle(t.map(|i| positions[i as usize])))
         .collect()
+}
+
+/// A mesh in a structure.
+pub(crate) fn built(mesh: &Mesh, structure: &str, options: BuildOptions) -> Scene {
+    Scene::builder()
+        .mesh(&mesh.0, &mesh.1)
+        .structure(structure)
+        .options(options)
+        .build()
+        .unwrap()
 }
 
 fn soup(triangles: impl IntoIterator<Item = [[f32; 3]; 3]>) -> Mesh {
