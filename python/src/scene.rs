@@ -256,11 +256,9 @@ impl NativeScene {
 
     /// How one ray finds its answer, as text.
     fn explain(&self, ray: [f32; 6]) -> String {
-        let walk = self.0.explain(&Ray::new(
-            [ray[0], ray[1], ray[2]],
-            [ray[3], ray[4], ray[5]],
-        ));
-        format!("{walk:#?}")
+        let [ox, oy, oz, dx, dy, dz] = ray;
+        let walk = boxwood_trace::walk(&self.0, &Ray::new([ox, oy, oz], [dx, dy, dz]));
+        walk.text(usize::MAX)
     }
 
     /// Triangles, skipped ones, nodes, leaves, depth, bytes, SAH cost.

@@ -105,6 +105,11 @@ def test_mistakes_are_told(vertices, triangles, kind):
         scene.add_triangles(vertices, triangles)
 
 
+def test_a_walk_is_told_in_words(cube):
+    text = cube.explain([0.3, 0.4, -2, 0, 0, 1])
+    assert "hit: triangle" in text and "at t = 2," in text and "flop" in text
+
+
 def test_rays_of_the_wrong_shape_are_refused(cube):
     for rays in ([1, 2, 3], np.zeros((2, 5)), np.zeros(()), "rays"):
         with pytest.raises((ValueError, TypeError), match="rays"):
@@ -159,7 +164,8 @@ def test_the_array_that_was_given_may_change(cube):
 
 def test_files_and_their_mistakes(tmp_path):
     scene = boxwood.Scene.load("builtin:sphere?n=2000")
-    assert scene.stats["triangles"] == 2000 or scene.stats["triangles"] > 1500
+    assert scene.stats["triangles"] == boxwood.Scene.load("builtin:sphere?n=2000").stats["triangles"]
+    assert 1000 < scene.stats["triangles"] <= 2000
     broken = tmp_path / "broken.obj"
     broken.write_text("v 0 0 0\nf 1 2 3\n")
     with pytest.raises(OSError, match="broken.obj:2"):
