@@ -33,7 +33,7 @@ fn output_that_cannot_be_written_ends_with_2_after_the_report() {
         let line = ["view", HILL, SMALL, "--headless", "--script", "full.script"];
         let said = text(&expect(at, &line, 2).stderr);
         assert!(
-            said.contains("/dev/full") && said.contains("help: choose another place"),
+            said.contains("/dev/full") && said.contains("help: the disk is full"),
             "{said}"
         );
     }
