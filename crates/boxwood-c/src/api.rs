@@ -10,9 +10,7 @@ use crate::error::{self, BwError, Failure, call, status};
 use crate::memory::{Input, Output, handle, read, write};
 use crate::pool::MAX_THREADS;
 use crate::scene::{BwScene, Given};
-use crate::types::{
-    BW_INVALID_ID, BwBounds, BwHit, BwNearest, BwQuality, BwRay, BwStats,
-};
+use crate::types::{BW_INVALID_ID, BwBounds, BwHit, BwNearest, BwQuality, BwRay, BwStats};
 use boxwood::{BuildError, Ray, Transform};
 use std::ffi::c_char;
 
@@ -48,7 +46,9 @@ pub extern "C" fn bw_clear_error() {
 /// A scene of nothing yet. NULL if there is no memory. `bw_scene_free` ends it.
 #[unsafe(no_mangle)]
 pub extern "C" fn bw_scene_new() -> *mut BwScene {
-    call(std::ptr::null_mut(), || Ok(Box::into_raw(Box::new(BwScene::new()))))
+    call(std::ptr::null_mut(), || {
+        Ok(Box::into_raw(Box::new(BwScene::new())))
+    })
 }
 
 /// Ends a scene; NULL is fine. No other call may be using it. Instances of it in other scenes stay.
@@ -228,7 +228,9 @@ pub unsafe extern "C" fn bw_scene_stats(scene: *const BwScene, stats: *mut BwSta
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn bw_ray_is_valid(ray: *const BwRay) -> bool {
     // SAFETY: as the header demands of the caller.
-    call(false, || Ok(Ray::from(unsafe { read("ray", ray)? }).is_valid()))
+    call(false, || {
+        Ok(Ray::from(unsafe { read("ray", ray)? }).is_valid())
+    })
 }
 
 /// The closest hit: the one with the smallest `t`, and of equal ones that with the smallest (inst, geom, prim).
@@ -241,9 +243,7 @@ pub unsafe extern "C" fn bw_intersect1(
     hit: *mut BwHit,
 ) -> bool {
     // SAFETY: as the header demands of the caller.
-    unsafe {
-        answer1(scene, ray, hit, |scene, ray| scene.closest_hit(ray))
-    }
+    unsafe { answer1(scene, ray, hit, |scene, ray| scene.closest_hit(ray)) }
 }
 
 /// `bw_intersect1` among the instances whose mask shares a bit with `mask`, on every level. Triangles have no mask and are always
@@ -257,7 +257,9 @@ pub unsafe extern "C" fn bw_intersect1_masked(
 ) -> bool {
     // SAFETY: as the header demands of the caller.
     unsafe {
-        answer1(scene, ray, hit, |scene, ray| scene.closest_hit_masked(ray, mask))
+        answer1(scene, ray, hit, |scene, ray| {
+            scene.closest_hit_masked(ray, mask)
+        })
     }
 }
 

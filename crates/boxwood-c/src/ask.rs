@@ -115,7 +115,9 @@ fn gathered<C: crate::memory::Plain, T: From<C>>(
     first: usize,
     count: usize,
 ) -> Vec<T> {
-    (first..first + count).map(|index| input.get(index).into()).collect()
+    (first..first + count)
+        .map(|index| input.get(index).into())
+        .collect()
 }
 
 fn has_distances(scene: &Scene) -> Result<(), Failure> {

@@ -122,7 +122,8 @@ fn remember(Failure { code, message }: Failure) -> BwError {
 
 /// The code of this thread's latest failed call.
 pub(crate) fn last_code() -> BwError {
-    let code = |last: &RefCell<Option<(BwError, CString)>>| last.borrow().as_ref().map(|last| last.0);
+    let code =
+        |last: &RefCell<Option<(BwError, CString)>>| last.borrow().as_ref().map(|last| last.0);
     LAST.try_with(code).ok().flatten().unwrap_or(BwError::None)
 }
 
@@ -153,7 +154,10 @@ mod tests {
 
     #[test]
     fn a_panic_becomes_a_code_with_its_reason_and_the_next_call_works() {
-        assert_eq!(status(|| panic!("lost the {}", "thread")), BwError::Internal);
+        assert_eq!(
+            status(|| panic!("lost the {}", "thread")),
+            BwError::Internal
+        );
         assert_eq!(last_code(), BwError::Internal);
         assert_eq!(message(), "a mistake in Boxwood: lost the thread");
         assert_eq!(call(7, || Ok(8)), 8);

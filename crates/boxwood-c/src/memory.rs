@@ -139,9 +139,7 @@ impl<T: Given> Output<'_, T> {
         assert!(index < self.count, "place {index} of {}", self.count);
         // SAFETY: one of the places that the caller of `new` promised, aligned as `checked` found; what was there needs no drop.
         unsafe {
-            self.start
-                .byte_add(index * self.stride)
-                .write(value);
+            self.start.byte_add(index * self.stride).write(value);
         }
     }
 
@@ -200,8 +198,12 @@ fn checked<T>(what: &str, start: *const T, count: usize, stride: usize) -> Resul
     if !start.is_aligned() {
         return Err(misaligned(what, start.addr(), align));
     }
-    let span = (count - 1).checked_mul(stride).and_then(|gaps| gaps.checked_add(size));
-    match span.filter(|&span| span <= isize::MAX as usize && start.addr().checked_add(span).is_some()) {
+    let span = (count - 1)
+        .checked_mul(stride)
+        .and_then(|gaps| gaps.checked_add(size));
+    match span
+        .filter(|&span| span <= isize::MAX as usize && start.addr().checked_add(span).is_some())
+    {
         Some(_) => Ok(stride),
         None => Err(too_large(what, count, stride)),
     }
@@ -228,7 +230,8 @@ fn bad_stride(what: &str, stride: usize, size: usize, align: usize) -> Failure {
 
 #[cold]
 fn too_large(what: &str, count: usize, stride: usize) -> Failure {
-    let message = format!("{what}: {count} values, {stride} bytes apart, are more than memory can hold");
+    let message =
+        format!("{what}: {count} values, {stride} bytes apart, are more than memory can hold");
     Failure::new(BwError::TooLarge, message)
 }
 
@@ -251,7 +254,10 @@ mod tests {
         };
         assert_eq!(error(input(null, 4, 12)), BwError::NullPointer);
         assert_eq!(input(null, 0, 12).unwrap().len(), 0);
-        assert_eq!(error(input(start.wrapping_byte_add(1), 1, 12)), BwError::Misaligned);
+        assert_eq!(
+            error(input(start.wrapping_byte_add(1), 1, 12)),
+            BwError::Misaligned
+        );
         for stride in [1, 8, 11, 13, 14, 15] {
             assert_eq!(error(input(start, 4, stride)), BwError::BadStride);
             assert_eq!(error(input(start, 0, stride)), BwError::BadStride);
@@ -274,7 +280,10 @@ mod tests {
             )
         };
         let pieces = output.pieces(2);
-        assert_eq!(pieces.iter().map(|piece| piece.count).collect::<Vec<_>>(), [2, 2, 1]);
+        assert_eq!(
+            pieces.iter().map(|piece| piece.count).collect::<Vec<_>>(),
+            [2, 2, 1]
+        );
         for (number, mut piece) in pieces.into_iter().enumerate() {
             for index in 0..piece.count {
                 piece.set(index, input.get(2 * number + index)[2] as f32);

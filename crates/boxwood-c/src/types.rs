@@ -3,7 +3,7 @@
 use boxwood::{Aabb, Hit, Nearest, Ray};
 
 /// What does not exist: the geometry of a miss, the instance of a hit on triangles that stand in no instance.
-pub const BW_INVALID_ID: u32 = 0xFFFF_FFFF;
+pub const BW_INVALID_ID: u32 = u32::MAX;
 
 /// How much a build may cost for how good a structure.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
