@@ -118,10 +118,10 @@ pub unsafe extern "C" fn bw_set_triangles(
 
 /// Adds an instance of a committed scene, as it is now: it is shared, not copied, and `content` may change or be freed later.
 ///
-/// `world_from_object` is a 3x4 matrix, row by row: x' = m[0] x + m[1] y + m[2] z + m[3], and so on. Rays asked with a mask see the
-/// instance if it shares a bit with `mask`; 0xFFFFFFFF is seen by all. A scene is of triangles or of instances. Returns the number
-/// of the instance, 0 for the first (`BwHit.inst`), or BW_INVALID_ID after an error. A matrix that cannot be undone is none: the
-/// instance is never hit and counted in `BwStats.skipped`.
+/// `world_from_object` is a 3x4 matrix of twelve floats, row by row: x' = m0 x + m1 y + m2 z + m3, and so on. Rays asked with a mask
+/// see the instance if it shares a bit with `mask`; 0xFFFFFFFF is seen by all. A scene is of triangles or of instances. Returns the
+/// number of the instance, 0 for the first (`BwHit.inst`), or BW_INVALID_ID after an error. A matrix that cannot be undone is no
+/// error: the instance is never hit and counted in `BwStats.skipped`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn bw_attach_instance(
     scene: *mut BwScene,
@@ -227,9 +227,10 @@ pub unsafe extern "C" fn bw_scene_stats(scene: *const BwScene, stats: *mut BwSta
 /// False for a ray that hits nothing by definition, because it is none: see `BwRay`. False for NULL.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn bw_ray_is_valid(ray: *const BwRay) -> bool {
-    // SAFETY: as the header demands of the caller.
     call(false, || {
-        Ok(Ray::from(unsafe { read("ray", ray)? }).is_valid())
+        // SAFETY: as the header demands of the caller.
+        let ray = unsafe { read("ray", ray)? };
+        Ok(Ray::from(ray).is_valid())
     })
 }
 
@@ -316,7 +317,7 @@ pub unsafe extern "C" fn bw_all_hits1(
     })
 }
 
-/// `bw_intersect1` for `count` rays, on the scene's threads, and up to twice as fast on each.
+/// `bw_intersect1` for `count` rays, on the scene's threads, and up to three times as fast on each.
 ///
 /// Strides are in bytes, multiples of 4; 0: without gaps. Rays and hits may be woven into each other. Neighbours that go the same way
 /// are quickest.

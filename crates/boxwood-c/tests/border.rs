@@ -507,10 +507,8 @@ fn what_is_attached_later_counts_from_the_next_commit_and_the_rest_stays() {
         max: [0.0; 3],
     };
     // SAFETY: room for the answer.
-    assert_eq!(
-        unsafe { bw_scene_bounds(handle.0, &mut bounds) },
-        BwError::None
-    );
+    let code = unsafe { bw_scene_bounds(handle.0, &mut bounds) };
+    assert_eq!(code, BwError::None);
     assert_eq!(
         (bounds.min, bounds.max),
         ([-9.0, -9.0, -30.0], [9.0, 9.0, -30.0])

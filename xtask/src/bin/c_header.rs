@@ -34,7 +34,9 @@ fn main() -> Result<()> {
 fn generate(folder: &Path) -> Result<String> {
     let config = Config::from_file(folder.join("cbindgen.toml")).map_err(anyhow::Error::msg)?;
     let sources = SOURCES.map(|name| folder.join("src").join(name));
-    let builder = sources.iter().fold(Builder::new().with_config(config), Builder::with_src);
+    let builder = sources
+        .iter()
+        .fold(Builder::new().with_config(config), Builder::with_src);
     let mut text = Vec::new();
     builder.generate()?.write(&mut text);
     Ok(String::from_utf8(text)?)
