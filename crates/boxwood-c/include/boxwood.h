@@ -16,7 +16,7 @@
  * attached is copied.
  *
  * Errors. A call fails with a BwError, or as its comment says, and changes nothing; bw_last_error_message has the sentence, for
- * each thread its own. No failure ends the program or unwinds into it.
+ * each thread its own. Nothing unwinds into the program, and nothing ends it, unless the system has not even a few kilobytes left.
  *
  * Threads. Every function may be called from any thread at any time, but bw_scene_free last. Questions take no lock and change
  * nothing; a commit meanwhile disturbs none. The floating-point modes of the caller (FTZ, DAZ, rounding) neither matter nor
@@ -180,7 +180,7 @@ const char *bw_last_error_message(void);
 // Forgets this thread's error.
 void bw_clear_error(void);
 
-// A scene of nothing yet. NULL if there is no memory. `bw_scene_free` ends it.
+// A scene of nothing yet; NULL after an error. `bw_scene_free` ends it.
 struct BwScene *bw_scene_new(void);
 
 // Ends a scene; NULL is fine. No other call may be using it. Instances of it in other scenes stay.

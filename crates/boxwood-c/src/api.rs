@@ -43,7 +43,7 @@ pub extern "C" fn bw_clear_error() {
     error::forget();
 }
 
-/// A scene of nothing yet. NULL if there is no memory. `bw_scene_free` ends it.
+/// A scene of nothing yet; NULL after an error. `bw_scene_free` ends it.
 #[unsafe(no_mangle)]
 pub extern "C" fn bw_scene_new() -> *mut BwScene {
     call(std::ptr::null_mut(), || {

@@ -1,7 +1,7 @@
 //! Questions, one and many.
 
 use crate::error::{BwError, Failure};
-use crate::memory::{Given, Input, Output};
+use crate::memory::{Given, Input, Output, Plain};
 use crate::pool::on_threads;
 use crate::types::{BwHit, BwNearest, BwRay};
 use boxwood::{Hit, Ray, Scene};
@@ -99,7 +99,7 @@ fn in_pieces<T: Given>(
         let first = number * CHUNK;
         answer(first, CHUNK.min(count - first), &mut places);
     };
-    let pieces = output.pieces(CHUNK);
+    let pieces = output.pieces(CHUNK)?;
     if threads == 1 || pieces.len() == 1 {
         pieces.into_iter().enumerate().for_each(piece);
         return Ok(());
@@ -110,11 +110,7 @@ fn in_pieces<T: Given>(
 }
 
 /// A piece of what C gave, without gaps.
-fn gathered<C: crate::memory::Plain, T: From<C>>(
-    input: &Input<'_, C>,
-    first: usize,
-    count: usize,
-) -> Vec<T> {
+fn gathered<C: Plain, T: From<C>>(input: &Input<'_, C>, first: usize, count: usize) -> Vec<T> {
     (first..first + count)
         .map(|index| input.get(index).into())
         .collect()

@@ -9,7 +9,8 @@
 )]
 
 use crate::error::{BwError, Failure};
-use crate::types::{BwHit, BwNearest, BwRay};
+use crate::types::{BwBounds, BwHit, BwNearest, BwRay, BwStats};
+use boxwood::BuildError;
 use std::marker::PhantomData;
 
 /// Types whose bits C may choose: any of them is a value.
@@ -32,8 +33,8 @@ pub(crate) trait Given: Copy + Send {}
 
 impl Given for BwHit {}
 impl Given for BwNearest {}
-impl Given for crate::types::BwBounds {}
-impl Given for crate::types::BwStats {}
+impl Given for BwBounds {}
+impl Given for BwStats {}
 impl Given for f32 {}
 impl Given for bool {}
 impl Given for usize {}
@@ -82,11 +83,7 @@ impl<T: Plain> Input<'_, T> {
 
     /// A copy without gaps.
     pub(crate) fn to_vec(&self) -> Result<Vec<T>, Failure> {
-        let mut values = Vec::new();
-        values.try_reserve_exact(self.count).map_err(|_| {
-            let bytes = self.count.saturating_mul(size_of::<T>());
-            Failure::from(boxwood::BuildError::OutOfMemory { bytes })
-        })?;
+        let mut values = room(self.count)?;
         values.extend((0..self.count).map(|index| self.get(index)));
         Ok(values)
     }
@@ -144,14 +141,16 @@ impl<T: Given> Output<'_, T> {
     }
 
     /// The places in pieces of `size`, the last one perhaps smaller.
-    pub(crate) fn pieces(self, size: usize) -> Vec<Self> {
+    pub(crate) fn pieces(self, size: usize) -> Result<Vec<Self>, Failure> {
         let piece = |first: usize| Self {
             // Not `byte_add`: behind a piece there may be nothing, but before each there is one.
             start: self.start.wrapping_byte_add(first * self.stride),
             count: size.min(self.count - first),
             ..self
         };
-        (0..self.count).step_by(size).map(piece).collect()
+        let mut pieces = room(self.count.div_ceil(size))?;
+        pieces.extend((0..self.count).step_by(size).map(piece));
+        Ok(pieces)
     }
 }
 
@@ -179,6 +178,18 @@ pub(crate) unsafe fn write<T: Given>(
 pub(crate) unsafe fn handle<'a, T>(what: &str, pointer: *const T) -> Result<&'a T, Failure> {
     // SAFETY: as promised by the caller.
     unsafe { pointer.as_ref() }.ok_or_else(|| null(what))
+}
+
+/// Memory for so many, if the system grants it.
+fn room<T>(count: usize) -> Result<Vec<T>, Failure> {
+    let mut values = Vec::new();
+    match values.try_reserve_exact(count) {
+        Ok(()) => Ok(values),
+        Err(_) => {
+            let bytes = count.saturating_mul(size_of::<T>());
+            Err(BuildError::OutOfMemory { bytes }.into())
+        }
+    }
 }
 
 /// The stride in bytes, or what is wrong.
@@ -279,7 +290,7 @@ mod tests {
                 Output::<f32>::new("out", start.add(3).cast(), 5, 28).unwrap(),
             )
         };
-        let pieces = output.pieces(2);
+        let pieces = output.pieces(2).unwrap();
         assert_eq!(
             pieces.iter().map(|piece| piece.count).collect::<Vec<_>>(),
             [2, 2, 1]
