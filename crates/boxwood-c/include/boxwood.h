@@ -20,7 +20,7 @@
  *
  * Threads. Every function may be called from any thread at any time, but bw_scene_free last. Questions take no lock and change
  * nothing; a commit meanwhile disturbs none. The floating-point modes of the caller (FTZ, DAZ, rounding) neither matter nor
- * change. After a fork the child may go on asking. */
+ * change. After a fork the child may go on asking. 128 KB of stack do. */
 
 
 #ifndef BOXWOOD_H

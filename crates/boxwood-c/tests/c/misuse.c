@@ -237,7 +237,6 @@ static void ask_all(Answers *answers) {
 static void floating_point_modes(void) {
 #if defined(__SSE2__)
     static Answers usual, other;
-    make_small_and_usual();
     ask_all(&usual);
     const unsigned before = _mm_getcsr(), modes[] = {0x8040u, 0x4000u, 0xE040u};
     for (int i = 0; i < 3; i++) {
@@ -255,6 +254,36 @@ static void floating_point_modes(void) {
     }
     CHECK(hits > SOME / 10 && hits < SOME && small > SOME / 100);
 #endif
+}
+
+/* The header promises that 128 KB of stack do; instances in instances take most. */
+static void *ask_with_little_stack(void *scene) {
+    static BwHit found[SOME];
+    CHECK(bw_intersect(scene, rays, SOME, 0, found, 0) == BW_ERROR_NONE);
+    CHECK(bw_intersect1(scene, &rays[0], &found[0]) == (found[0].geom != BW_INVALID_ID));
+    CHECK(bw_all_hits1(scene, &rays[0], found, SOME, &(size_t){0}) == BW_ERROR_NONE);
+    return NULL;
+}
+
+static void little_stack(void) {
+    BwScene *inner = plate();
+    for (int level = 0; level < 8; level++) {
+        const float still[12] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
+        BwScene *outer = bw_scene_new();
+        CHECK(bw_scene_set_threads(outer, 1) == BW_ERROR_NONE);
+        CHECK(bw_attach_instance(outer, inner, still, 1) == 0);
+        CHECK(bw_attach_instance(outer, inner, still, 1) == 1);
+        CHECK(bw_scene_commit(outer) == BW_ERROR_NONE);
+        bw_scene_free(inner);
+        inner = outer;
+    }
+    pthread_attr_t little;
+    pthread_t thread;
+    CHECK(pthread_attr_init(&little) == 0 && pthread_attr_setstacksize(&little, 128 * 1024) == 0);
+    CHECK(pthread_create(&thread, &little, ask_with_little_stack, inner) == 0);
+    pthread_join(thread, NULL);
+    pthread_attr_destroy(&little);
+    bw_scene_free(inner);
 }
 
 /* After a fork there are no threads but one: the library notices, and makes its own anew. */
@@ -287,7 +316,9 @@ int main(void) {
     scenes();
     not_numbers();
     threads(scene);
+    make_small_and_usual();
     floating_point_modes();
+    little_stack();
     fork_and_ask(scene);
     bw_scene_free(scene);
     printf("%d failed of %d checks\n", failed, tried);
