@@ -21,11 +21,10 @@ pub(crate) fn header(args: &[String]) -> Result<()> {
 
 /// `cargo xtask c-install --prefix FOLDER`: the libraries, the header and what pkg-config asks.
 pub(crate) fn run(args: &[String]) -> Result<()> {
-    let [option, prefix] = args else {
-        bail!("cargo xtask c-install --prefix FOLDER");
+    let prefix = match args {
+        [option, prefix] if option == "--prefix" => std::path::absolute(prefix)?,
+        _ => bail!("cargo xtask c-install --prefix FOLDER, as in --prefix /usr/local"),
     };
-    ensure!(option == "--prefix", "{option} is not --prefix");
-    let prefix = std::path::absolute(prefix)?;
     install(&prefix)?;
     println!(
         "\n{} has the library: PKG_CONFIG_PATH={0}/lib/pkgconfig pkg-config --cflags --libs boxwood",
@@ -38,8 +37,7 @@ pub(crate) fn run(args: &[String]) -> Result<()> {
 pub(crate) fn install(prefix: &Path) -> Result<()> {
     ensure!(
         cfg!(target_os = "linux"),
-        "only Linux's names of libraries are known here; elsewhere take {} from {}",
-        "the boxwood_c libraries",
+        "only Linux's names of libraries are known here; elsewhere `cargo build --release -p boxwood-c` leaves them in {}",
         target().join("release").display()
     );
     let build = command("cargo", &["build", "--release", "--package", "boxwood-c"]);
@@ -98,8 +96,9 @@ fn place_library(from: &Path, to: &Path) -> Result<()> {
 /// Beside it first, then renamed: programs that run on the old library keep it.
 fn write(path: &Path, bytes: &[u8]) -> Result<()> {
     let beside = beside(path)?;
-    fs::write(&beside, bytes)?;
-    fs::rename(&beside, path)?;
+    fs::write(&beside, bytes)
+        .and_then(|()| fs::rename(&beside, path))
+        .with_context(|| format!("{} cannot be written", path.display()))?;
     println!("{} has {} bytes", path.display(), bytes.len());
     Ok(())
 }
@@ -120,7 +119,8 @@ fn link(_: &str, _: &Path) -> Result<()> {
 
 /// A free name in the same folder, which is made.
 fn beside(path: &Path) -> Result<PathBuf> {
-    fs::create_dir_all(path.parent().context("a file stands in a folder")?)?;
+    let folder = path.parent().context("a file stands in a folder")?;
+    fs::create_dir_all(folder).with_context(|| format!("{} cannot be made", folder.display()))?;
     let mut name = path.file_name().context("a file has a name")?.to_owned();
     name.push(".new");
     let beside = path.with_file_name(name);
