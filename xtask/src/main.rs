@@ -2,6 +2,8 @@
 #![forbid(unsafe_code)]
 
 mod asm;
+mod c_install;
+mod c_test;
 mod ci;
 mod figures;
 mod fuzz;
@@ -56,6 +58,21 @@ const CHORES: &[Chore] = &[
         "python-test",
         "the wheel of the Python package in a fresh environment, and its tests",
         python::test,
+    ),
+    (
+        "c-header",
+        "the C header, made of its sources; --check compares it with them",
+        c_install::header,
+    ),
+    (
+        "c-install",
+        "the C libraries and what belongs to them, in --prefix FOLDER",
+        c_install::run,
+    ),
+    (
+        "c-test",
+        "C and C++ programs against the installed libraries, and misuse of these",
+        c_test::run,
     ),
 ];
 

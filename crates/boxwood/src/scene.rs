@@ -188,12 +188,14 @@ impl Scene {
     }
 
     /// The triangle of a hit; `None` if the scene is not of triangles or the mesh has no such number.
+    #[inline]
     pub fn triangle(&self, geom: u32, prim: u32) -> Option<Triangle> {
         let number = self.range(geom)?.nth(prim as usize)?;
         self.triangle_in_scene(number as u32)
     }
 
     /// The numbers in the scene of the primitives of a mesh.
+    #[inline]
     fn range(&self, geom: u32) -> Option<Range<usize>> {
         let start = *self.starts.get(geom as usize)? as usize;
         let next = self.starts.get(geom as usize + 1);
@@ -201,6 +203,7 @@ impl Scene {
     }
 
     /// The triangle with a number that counts through all meshes, as the steps of [`Scene::explain`] have it.
+    #[inline]
     pub fn triangle_in_scene(&self, number: u32) -> Option<Triangle> {
         let Geometry::Triangles(triangles) = &self.geometry else {
             return None;
@@ -210,6 +213,7 @@ impl Scene {
 
     /// Not unit; its length is twice the triangle's area. `None` as for [`Scene::triangle`]. On an instance it is turned into
     /// the world with the surface, on the side where it was: mirrored, it still points outward.
+    #[inline]
     pub fn normal(&self, hit: &Hit) -> Option<[f32; 3]> {
         if self.instances.is_empty() {
             return Some(self.triangle(hit.geom, hit.prim)?.normal());

@@ -28,6 +28,7 @@ const CRATES: &[(&str, &[&str])] = &[
     ("boxwood-render", &["boxwood", "boxwood-scene"]),
     ("boxwood-measure", &["boxwood", "boxwood-scene"]),
     ("boxwood-trace", &["boxwood"]),
+    ("boxwood-c", &["boxwood"]),
     (
         "boxwood-view",
         &[

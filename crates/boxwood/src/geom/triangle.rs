@@ -86,6 +86,7 @@ impl Triangle {
     }
 
     /// `(v1 - v0) x (v2 - v0)`: not unit; its length is twice the area.
+    #[inline]
     pub fn normal(&self) -> [f32; 3] {
         let [a, b, c] = self.0.map(glam::Vec3::from);
         (b - a).cross(c - a).to_array()
