@@ -3,6 +3,7 @@
 
 mod asm;
 mod ci;
+mod farm;
 mod figures;
 mod fuzz;
 mod python;
@@ -56,6 +57,11 @@ const CHORES: &[Chore] = &[
         "python-test",
         "the wheel of the Python package in a fresh environment, and its tests",
         python::test,
+    ),
+    (
+        "farm-test",
+        "the render farm: its Open Job Description template run by openjd-cli, and a hundred kills",
+        farm::test,
     ),
 ];
 
