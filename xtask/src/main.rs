@@ -5,6 +5,7 @@ mod asm;
 mod c_install;
 mod c_test;
 mod ci;
+mod farm;
 mod figures;
 mod fuzz;
 mod python;
@@ -73,6 +74,11 @@ const CHORES: &[Chore] = &[
         "c-test",
         "C and C++ programs against the installed libraries, and misuse of these",
         c_test::run,
+    ),
+    (
+        "farm-test",
+        "the render farm: its Open Job Description template run by openjd-cli, and a hundred kills",
+        farm::test,
     ),
 ];
 

@@ -97,6 +97,15 @@ impl Trouble {
                     help: None,
                 };
             }
+            if let Some(RenderError::File { remedy, .. }) = cause.downcast_ref() {
+                let (text, remedy) = (format!("{error:#}"), remedy.clone());
+                let bare = text.strip_suffix(&format!("; {remedy}"));
+                return Self {
+                    exit: Exit::Input,
+                    cause: bare.unwrap_or(&text).to_owned(),
+                    help: Some(remedy),
+                };
+            }
             if let Some(render) = cause.downcast_ref::<RenderError>() {
                 let exit = match render {
                     RenderError::Decode { .. } | RenderError::SizesDiffer { .. } => Exit::Input,

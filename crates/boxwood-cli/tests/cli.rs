@@ -55,9 +55,15 @@ fn every_command_prints_one_versioned_json_object() {
     let hill = "builtin:terrain?n=2000";
     expect(at, &["render", "builtin:cornell", SMALL, "-o", "a.png"], 0);
     fs::write(at.join("turn.script"), "wait 1\norbit 3\n").unwrap();
-    let lines: [&[&str]; 17] = [
+    expect(
+        at,
+        &["render", hill, SMALL, "--shard=1/1", "-o", "b.png"],
+        0,
+    );
+    let lines: [&[&str]; 18] = [
         &["demo", "--size", "64x36"],
         &["render", hill, SMALL, "-o", "hill.png"],
+        &["merge", "b.png.1of1.part", "-o", "b.png"],
         &["view", hill, "--headless", "--script", "turn.script", SMALL],
         &["inspect", hill],
         &["cost"],

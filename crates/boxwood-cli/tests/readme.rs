@@ -78,9 +78,9 @@ fn quick(line: &str) -> String {
     if line == "boxwood" {
         return format!("boxwood demo {extra}");
     }
-    let end = line
-        .find([';', '|', '<', '>', '#', '&'])
-        .unwrap_or(line.len());
+    // A # within a word is a digit of a frame.
+    let ends = [line.find([';', '|', '<', '>', '&']), line.find(" #")];
+    let end = ends.into_iter().flatten().min().unwrap_or(line.len());
     let (command, rest) = line.split_at(end);
     // The crop of an example is for a picture of the usual size.
     let extra = if command.contains("--crop") {
@@ -115,6 +115,11 @@ fn stage(commands: &[String]) -> tempfile::TempDir {
     run("boxwood simplify 'builtin:terrain?n=2000' --triangles 600 -o mesh.obj");
     run("boxwood simplify 'builtin:terrain?n=2000' --triangles 600 -o mesh.ply");
     run("boxwood render mesh.obj --size 24x16 -o picture.png");
+    for shard in ["1/2", "2/2"] {
+        run(&format!(
+            "boxwood render builtin:bush --size 48x27 --spp 1 --shard {shard} -o bush.png"
+        ));
+    }
     let words = commands.iter().flat_map(|line| line.split_whitespace());
     for word in words.filter(|word| !word.contains(['/', ':', '*'])) {
         let kind = Path::new(word)
@@ -131,6 +136,10 @@ fn stage(commands: &[String]) -> tempfile::TempDir {
                 fs::write(at(word), tiny_gltf()).unwrap();
                 continue;
             }
+            "json" => {
+                fs::write(at(word), CAMERA_PATH).unwrap();
+                continue;
+            }
             _ => continue,
         };
         if !at(word).exists() {
@@ -139,6 +148,11 @@ fn stage(commands: &[String]) -> tempfile::TempDir {
     }
     folder
 }
+
+const CAMERA_PATH: &str = r#"{"boxwood-path": 1, "keys": [
+    {"frame": 1, "eye": [278, 273, -800], "target": [278, 273, 0]},
+    {"frame": 48, "eye": [400, 300, 60], "target": [150, 150, 400], "fov": 60}
+]}"#;
 
 /// One triangle, its data within.
 fn tiny_gltf() -> &'static str {
@@ -172,6 +186,16 @@ fn the_commands_of_the_readme_run() {
         return;
     };
     run_all("README.md", &commands_of_markdown(&text));
+}
+
+#[test]
+fn the_commands_of_the_farm_page_run() {
+    let page = Path::new(README).with_file_name("docs/farm/README.md");
+    let Ok(text) = fs::read_to_string(&page) else {
+        println!("skipped: there is no {}", page.display());
+        return;
+    };
+    run_all("docs/farm/README.md", &commands_of_markdown(&text));
 }
 
 #[test]

@@ -1,6 +1,9 @@
 //! What can go wrong when a picture is made, written or read: place, cause, remedy.
 
-use std::{io, path::PathBuf};
+use std::{
+    io,
+    path::{Path, PathBuf},
+};
 
 /// Why no picture came of it.
 #[derive(Debug, thiserror::Error)]
@@ -66,6 +69,18 @@ pub enum RenderError {
         /// What to do about it.
         remedy: &'static str,
     },
+    /// A camera path, or a file of tiles, that cannot be used.
+    #[error("{}: {what}; {remedy}", located(path, *place))]
+    File {
+        /// As the user named it.
+        path: PathBuf,
+        /// Line and column of a text, from 1.
+        place: Option<[usize; 2]>,
+        /// What is wrong with it.
+        what: String,
+        /// What to do about it; may have several lines.
+        remedy: String,
+    },
     /// Two pictures of different size have no difference.
     #[error("the pictures differ in size: {}x{} and {}x{}; render both with the same --size", .a[0], .a[1], .b[0], .b[1])]
     SizesDiffer {
@@ -74,4 +89,12 @@ pub enum RenderError {
         /// Width and height of the second.
         b: [u32; 2],
     },
+}
+
+/// `cam.json:7:14`.
+fn located(path: &Path, place: Option<[usize; 2]>) -> String {
+    match place {
+        Some([line, column]) => format!("{}:{line}:{column}", path.display()),
+        None => path.display().to_string(),
+    }
 }

@@ -5,7 +5,11 @@ use std::collections::TryReserveError;
 use boxwood::Counts;
 use glam::Vec3;
 
-use crate::{Crop, Image, RenderError, Scale, Tone, legend, share::map_each};
+use crate::{
+    Crop, Image, RenderError, Scale, ScaleOptions, Shading, Tone, legend,
+    shade::{DARK, Layer, Paint},
+    share::map_each,
+};
 
 /// Side of a tile in pixels.
 pub const TILE: u32 = 16;
@@ -59,7 +63,6 @@ impl Film {
         exposure: f32,
     ) -> Result<Self, RenderError> {
         let n = window.width as usize * window.height as usize;
-        let tiles = window.width.div_ceil(TILE) as usize * window.height.div_ceil(TILE) as usize;
         let refused = |_: TryReserveError| RenderError::Memory {
             what: format!("a film of {}x{} pixels", window.width, window.height),
             gib: n as f64 * BYTES_PER_PIXEL / f64::from(1 << 30),
@@ -76,7 +79,7 @@ impl Film {
                 material: filled(u32::MAX, n)?,
                 box_tests: filled(0, n)?,
                 prim_tests: filled(0, n)?,
-                finished: filled(false, tiles)?,
+                finished: filled(false, window.tile_count())?,
                 rays: 0,
                 counts: Counts::default(),
                 tone,
@@ -102,6 +105,12 @@ impl Film {
         (y - self.window.y) as usize * self.window.width as usize + (x - self.window.x) as usize
     }
 
+    /// Where tile number `number` lies, in pixels of the full picture. Tiles are counted row by row from 0 to
+    /// `finished.len()`.
+    pub fn tile_window(&self, number: u32) -> Crop {
+        self.window.tile(number)
+    }
+
     /// True unless the picture was interrupted.
     pub fn is_complete(&self) -> bool {
         self.finished.iter().all(|&done| done)
@@ -118,6 +127,30 @@ impl Film {
         let width = self.width() as usize;
         let tile = TILE as usize;
         self.finished[(pixel / width / tile) * width.div_ceil(tile) + (pixel % width) / tile]
+    }
+
+    /// What can only be done once all tiles are there: for shadings that colour a layer, the scale over all finished pixels,
+    /// and their colours. Others stay as they are.
+    pub fn develop(&mut self, shading: &Shading, options: ScaleOptions) {
+        if let Paint::Layer(layer) = shading.paint {
+            self.color_layer(&layer, options);
+        }
+    }
+
+    fn color_layer(&mut self, layer: &Layer, options: ScaleOptions) {
+        let numbers: Vec<Option<f32>> = (0..self.color.len())
+            .map(|i| {
+                self.is_finished(i)
+                    .then(|| (layer.value)(self, i))
+                    .flatten()
+            })
+            .collect();
+        let known: Vec<f32> = numbers.iter().copied().flatten().collect();
+        let scale = Scale::of(layer, &known, options);
+        for (color, number) in self.color.iter_mut().zip(numbers) {
+            *color = number.map_or(DARK, |number| scale.color(number)).into();
+        }
+        self.scale = Some(scale);
     }
 
     /// The picture for a screen: exposed, tone-mapped, sRGB, with the legend of the scale where it
@@ -143,6 +176,25 @@ impl Film {
             legend::draw(&mut image, scale);
         }
         image
+    }
+}
+
+impl Crop {
+    /// How many tiles a film of this window has.
+    pub(crate) fn tile_count(&self) -> usize {
+        self.width.div_ceil(TILE) as usize * self.height.div_ceil(TILE) as usize
+    }
+
+    /// Tile number `number` of a film of this window.
+    pub(crate) fn tile(&self, number: u32) -> Self {
+        let columns = self.width.div_ceil(TILE);
+        let (x, y) = (number % columns * TILE, number / columns * TILE);
+        Self {
+            x: self.x + x,
+            y: self.y + y,
+            width: TILE.min(self.width - x),
+            height: TILE.min(self.height - y),
+        }
     }
 }
 

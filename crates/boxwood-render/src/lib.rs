@@ -15,6 +15,8 @@ mod bsdf;
 mod compare;
 mod error;
 mod exposure;
+#[cfg(feature = "farm")]
+mod farm;
 mod film;
 mod flip;
 mod floor;
@@ -34,12 +36,18 @@ mod stage;
 mod surfaces;
 mod tiles;
 mod tone;
+mod turntable;
 mod view;
 mod wave;
 
 pub use auto_camera::auto_camera;
 pub use compare::{Comparison, compare};
 pub use error::RenderError;
+#[cfg(feature = "farm")]
+pub use farm::{
+    CameraPath, Difference, Merged, PartHeader, Resumed, Shard, TileLog, merge, read_header,
+    scene_hash,
+};
 pub use film::{Film, TILE};
 pub use frames::{FrameRays, Frames, Tracer};
 pub use image::Image;
@@ -47,9 +55,12 @@ pub use light::PointLight;
 pub use output::{
     Picture, followed, read_picture, save_atomically, save_atomically_telling, write_exr, write_png,
 };
-pub use render::{Crop, MAX_PIXELS, MAX_SAMPLES, Progress, RenderOptions, Watch, render};
+pub use render::{
+    Crop, Keep, MAX_PIXELS, MAX_SAMPLES, Progress, RenderOptions, Session, TileWork, Watch, render,
+};
 pub use scale::{Scale, ScaleOptions};
 pub use shade::{SHADINGS, Shading};
 pub use surfaces::{Surface, Surfaces};
 pub use tone::{Tone, linear_to_srgb8, neutral};
+pub use turntable::Turntable;
 pub use view::{MAX_SIDE, View};

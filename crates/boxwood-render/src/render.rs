@@ -2,14 +2,11 @@
 
 use std::sync::atomic::AtomicBool;
 
-use boxwood::Scene;
+use boxwood::{Counts, Scene};
 
 use crate::{
-    Film, PointLight, RenderError, Scale, ScaleOptions, Shading, Surfaces, View,
-    exposure::exposure,
-    shade::{DARK, Layer, Paint},
-    stage::Stage,
-    tiles::Job,
+    Film, PointLight, RenderError, ScaleOptions, Shading, Surfaces, View, exposure::exposure,
+    stage::Stage, tiles::Job,
 };
 
 /// Most pixels of one film; larger pictures are made in crops. A film of that size takes about 12
@@ -42,6 +39,9 @@ pub struct RenderOptions {
     /// In stops, 0 is neutral; no matter for colours that are data. None: neutral by daylight,
     /// measured indoors and where lamps shine.
     pub exposure: Option<f32>,
+    /// Whether the scene is lit by day or by lamps, where the sun stands and how bright the picture is, are found out from
+    /// here, so that the frames of a flight agree. None: from the view itself.
+    pub light_from: Option<View>,
     /// For depth and heat.
     pub scale: ScaleOptions,
     /// Whether the centre rays are counted ([`Film::counts`], [`Film::box_tests`],
@@ -63,6 +63,7 @@ impl RenderOptions {
             sky: None,
             floor: true,
             exposure: None,
+            light_from: None,
             scale: ScaleOptions::default(),
             counts: true,
         }
@@ -71,6 +72,7 @@ impl RenderOptions {
 
 /// A rectangle of pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "farm", derive(serde::Serialize, serde::Deserialize))]
 pub struct Crop {
     /// Left edge.
     pub x: u32,
@@ -80,6 +82,13 @@ pub struct Crop {
     pub width: u32,
     /// At least 1.
     pub height: u32,
+}
+
+impl Crop {
+    /// In pixels.
+    pub fn area(&self) -> u64 {
+        u64::from(self.width) * u64::from(self.height)
+    }
 }
 
 /// How the caller looks on, and stops the work. The default does neither.
@@ -95,12 +104,26 @@ pub struct Watch<'a> {
 /// What is done so far.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Progress {
-    /// Of finished tiles.
+    /// Of finished tiles, those finished earlier too.
     pub pixels: u64,
-    /// Of the whole film.
+    /// Of these and the tiles to be made: of the whole film, usually.
     pub all_pixels: u64,
-    /// Shot for the finished tiles.
+    /// Shot for the tiles of this run.
     pub rays: u64,
+}
+
+/// Is given each tile as soon as it is on the film, one at a time, from any thread. Its first error ends the work.
+pub type Keep<'a> = &'a (dyn Fn(&Film, &TileWork) -> Result<(), RenderError> + Sync);
+
+/// What a tile has cost; its pixels are on the film.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct TileWork {
+    /// As [`Film::tile_window`] counts.
+    pub number: u32,
+    /// All of them.
+    pub rays: u64,
+    /// The work of the centre rays.
+    pub counts: Counts,
 }
 
 /// Renders `scene`, seen from `view`, on the threads of the caller's rayon pool.
@@ -117,39 +140,90 @@ pub fn render(
     options: &RenderOptions,
     watch: Watch<'_>,
 ) -> Result<Film, RenderError> {
-    let window = check(view, options)?;
-    if scene.census().shown != surfaces.triangle_count() {
-        return Err(RenderError::Size {
-            what: format!(
-                "the scene has {} primitives, its surfaces {}",
-                scene.census().shown,
-                surfaces.triangle_count()
-            ),
-            remedy: "build both from the same flattened mesh",
-        });
-    }
-    let mut stage = Stage::new(scene, surfaces, view, options);
-    let shading = options.shading;
-    stage.exposure = exposure(&stage, view, options);
-    let job = Job {
-        stage: &stage,
-        view,
-        window,
-        options,
-        samples: options.samples.unwrap_or(shading.samples),
-        counted: options.counts || shading.is_scale(),
-    };
-    let film = Film::unexposed(
-        window,
-        [view.width(), view.height()],
-        shading.tone,
-        stage.exposure,
-    )?;
-    let mut film = job.expose(film, watch);
-    if let Paint::Layer(layer) = shading.paint {
-        color_layer(&mut film, &layer, options.scale);
-    }
+    let session = Session::new(scene, surfaces, view, options)?;
+    let film = session.film()?;
+    let tiles: Vec<u32> = (0..film.finished.len() as u32).collect();
+    let mut film = session.expose(film, &tiles, watch, &|_, _| Ok(()))?;
+    film.develop(options.shading, options.scale);
     Ok(film)
+}
+
+/// [`render()`] in steps, for pictures that are made in pieces: `new`, `film`, `expose` as often as it takes, and
+/// [`Film::develop`] at the end.
+///
+/// The pixels of a tile are the same whichever tiles are exposed with it.
+#[derive(Clone, Debug)]
+pub struct Session<'a> {
+    stage: Stage<'a>,
+    view: View,
+    window: Crop,
+    options: &'a RenderOptions,
+}
+
+impl<'a> Session<'a> {
+    /// Checks the options, and finds out how the scene is lit and how bright it is. Fails as [`render()`] does.
+    pub fn new(
+        scene: &'a Scene,
+        surfaces: Surfaces<'a>,
+        view: &View,
+        options: &'a RenderOptions,
+    ) -> Result<Self, RenderError> {
+        let window = check(view, options)?;
+        if scene.census().shown != surfaces.triangle_count() {
+            return Err(RenderError::Size {
+                what: format!(
+                    "the scene has {} primitives, its surfaces {}",
+                    scene.census().shown,
+                    surfaces.triangle_count()
+                ),
+                remedy: "build both from the same flattened mesh",
+            });
+        }
+        let mut stage = Stage::new(scene, surfaces, view, options);
+        let metered = options.light_from.as_ref().unwrap_or(view);
+        stage.exposure = exposure(&stage, metered, options);
+        Ok(Self {
+            stage,
+            view: *view,
+            window,
+            options,
+        })
+    }
+
+    /// Nothing exposed yet. Fails where the memory is refused.
+    pub fn film(&self) -> Result<Film, RenderError> {
+        let full_size = [self.view.width(), self.view.height()];
+        Film::unexposed(
+            self.window,
+            full_size,
+            self.options.shading.tone,
+            self.stage.exposure,
+        )
+    }
+
+    /// Exposes `tiles` of `film`, which is this session's, and tells `keep` of each. Fails only if `keep` does; what was
+    /// interrupted is not [finished](Film::finished).
+    ///
+    /// # Panics
+    ///
+    /// If there is no tile of such a number.
+    pub fn expose(
+        &self,
+        film: Film,
+        tiles: &[u32],
+        watch: Watch<'_>,
+        keep: Keep<'_>,
+    ) -> Result<Film, RenderError> {
+        let shading = self.options.shading;
+        let job = Job {
+            stage: &self.stage,
+            view: &self.view,
+            options: self.options,
+            samples: self.options.samples.unwrap_or(shading.samples),
+            counted: self.options.counts || shading.is_scale(),
+        };
+        job.expose(film, tiles, watch, keep)
+    }
 }
 
 /// The window to render.
@@ -189,21 +263,4 @@ fn check(view: &View, options: &RenderOptions) -> Result<Crop, RenderError> {
         });
     }
     Ok(window)
-}
-
-/// Colours the finished pixels by a scale over all of them.
-fn color_layer(film: &mut Film, layer: &Layer, options: ScaleOptions) {
-    let numbers: Vec<Option<f32>> = (0..film.color.len())
-        .map(|i| {
-            film.is_finished(i)
-                .then(|| (layer.value)(film, i))
-                .flatten()
-        })
-        .collect();
-    let known: Vec<f32> = numbers.iter().copied().flatten().collect();
-    let scale = Scale::of(layer, &known, options);
-    for (color, number) in film.color.iter_mut().zip(numbers) {
-        *color = number.map_or(DARK, |number| scale.color(number)).into();
-    }
-    film.scale = Some(scale);
 }

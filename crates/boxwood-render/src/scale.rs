@@ -6,6 +6,7 @@ use crate::{shade::Layer, tone::srgb_to_linear};
 
 /// What the user may want different about a scale.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "farm", derive(serde::Serialize, serde::Deserialize))]
 pub struct ScaleOptions {
     /// The number at the bright end. Give the same one to pictures that are to be compared; none:
     /// see [`Scale::high`].

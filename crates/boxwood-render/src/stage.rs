@@ -62,6 +62,7 @@ impl<'a> Stage<'a> {
         view: &View,
         options: &RenderOptions,
     ) -> Self {
+        let light_from = options.light_from.as_ref().unwrap_or(view);
         let bounds = scene.bounds();
         let (min, max) = (Vec3::from(bounds.min), Vec3::from(bounds.max));
         let size = (max - min).length();
@@ -69,7 +70,7 @@ impl<'a> Stage<'a> {
             scene,
             surfaces,
             sky: Sky {
-                up: Vec3::from(view.camera().up).normalize(),
+                up: Vec3::from(light_from.camera().up).normalize(),
                 strength: 1.0,
             },
             lights: Lights::of(surfaces, options.lights.clone()),
@@ -89,12 +90,13 @@ impl<'a> Stage<'a> {
                 .max_element()
                 .clamp(f32::MIN_POSITIVE, 1.0),
         };
-        stage.light_up(view, options);
+        stage.light_up(light_from, view, options);
         stage
     }
 
-    fn light_up(&mut self, view: &View, options: &RenderOptions) {
-        let seen = self.surfaces_in_view(view);
+    /// As it looks from `from`; the floor is for who looks from `view`.
+    fn light_up(&mut self, from: &View, view: &View, options: &RenderOptions) {
+        let seen = self.surfaces_in_view(from);
         let open = self.open_share(&seen);
         let lamplight = self.mean_light(&seen);
         let interior = open < OPEN;
@@ -107,10 +109,10 @@ impl<'a> Stage<'a> {
         self.sky.strength = options.sky.unwrap_or(if by_lamps { 0.0 } else { 1.0 });
         let daylight = self.sky.strength > 0.0 && open >= CLOSED;
         if daylight && !(by_lamps && options.sky.is_none()) {
-            self.lights.sun = Some(key_light(view, self.sky, if interior { 2.2 } else { 1.05 }));
+            self.lights.sun = Some(key_light(from, self.sky, if interior { 2.2 } else { 1.05 }));
         }
         if open < CLOSED && !by_lamps {
-            self.lights.points.extend(self.ceiling_lamp(view));
+            self.lights.points.extend(self.ceiling_lamp(from));
         }
         if options.floor && !interior && !by_lamps {
             self.floor = Floor::under(self.scene, self.sky.up, view);

@@ -103,6 +103,27 @@ impl<'a> Surfaces<'a> {
         }
     }
 
+    /// Every mesh that is stored: those that stand in several places, then what is shown once.
+    #[cfg(feature = "farm")]
+    pub(crate) fn stored(&self) -> impl Iterator<Item = &'a FlatMesh> {
+        self.parts.iter().chain([self.mesh])
+    }
+
+    #[cfg(feature = "farm")]
+    pub(crate) fn instances(&self) -> &'a [Instance] {
+        self.instances
+    }
+
+    #[cfg(feature = "farm")]
+    pub(crate) fn materials(&self) -> &'a [Material] {
+        self.materials
+    }
+
+    #[cfg(feature = "farm")]
+    pub(crate) fn textures(&self) -> &'a [Texture] {
+        self.textures
+    }
+
     /// World-space corner positions of what is shown once; [`Surfaces::triangles`] index them.
     pub fn positions(&self) -> &'a [[f32; 3]] {
         &self.mesh.positions

@@ -1,15 +1,15 @@
 //! Tiles of a picture, on all threads: for each, waves of paths through its pixels.
 
 use std::sync::{
-    Mutex, PoisonError,
-    atomic::{AtomicU64, Ordering},
+    Mutex, MutexGuard, PoisonError,
+    atomic::{AtomicBool, AtomicU64, Ordering},
 };
 
 use boxwood::{Counts, Hit, Ray};
 use glam::Vec3;
 
 use crate::{
-    Crop, Film, RenderOptions, TILE, View, Watch,
+    Crop, Film, Keep, RenderError, RenderOptions, TILE, TileWork, View, Watch,
     render::Progress,
     sampler::Sampler,
     share::share_out,
@@ -22,7 +22,6 @@ use crate::{
 pub(crate) struct Job<'a> {
     pub(crate) stage: &'a Stage<'a>,
     pub(crate) view: &'a View,
-    pub(crate) window: Crop,
     pub(crate) options: &'a RenderOptions,
     /// Per pixel.
     pub(crate) samples: u32,
@@ -31,31 +30,45 @@ pub(crate) struct Job<'a> {
 }
 
 impl<'a> Job<'a> {
-    /// All tiles, onto the film as they get ready.
-    pub(crate) fn expose(&self, film: Film, watch: Watch<'_>) -> Film {
-        let columns = self.window.width.div_ceil(TILE);
-        let tiles = columns * self.window.height.div_ceil(TILE);
-        let (pixels, rays) = (AtomicU64::new(0), AtomicU64::new(0));
-        let all_pixels = film.color.len() as u64;
+    /// `tiles`, onto the film as they get ready, and each to `keep`, whose first error ends the work.
+    pub(crate) fn expose(
+        &self,
+        film: Film,
+        tiles: &[u32],
+        watch: Watch<'_>,
+        keep: Keep<'_>,
+    ) -> Result<Film, RenderError> {
+        let window = film.window;
+        let size = |&number: &u32| window.tile(number).area();
+        let begun: u64 = (0..film.finished.len() as u32)
+            .filter(|&number| film.finished[number as usize])
+            .map(|number| size(&number))
+            .sum();
+        let all_pixels = begun + tiles.iter().map(size).sum::<u64>();
+        let (pixels, rays) = (AtomicU64::new(begun), AtomicU64::new(0));
         let film = Mutex::new(film);
+        let failure = Mutex::new(None);
+        let failed = AtomicBool::new(false);
         let cancelled = || {
-            watch
-                .cancel
-                .is_some_and(|flag| flag.load(Ordering::Relaxed))
+            let set = |flag: &AtomicBool| flag.load(Ordering::Relaxed);
+            watch.cancel.is_some_and(set) || set(&failed)
         };
         let desk = || Desk::of(*self);
-        share_out(tiles, desk, |desk, number| {
-            if desk
-                .expose(self.tile_window(number, columns), &cancelled)
-                .is_none()
-            {
+        share_out(tiles.len() as u32, desk, |desk, turn| {
+            let number = tiles[turn as usize];
+            if desk.expose(window.tile(number), &cancelled).is_none() {
                 return;
             }
             let done = desk.pixels.len() as u64;
             let pixels = pixels.fetch_add(done, Ordering::Relaxed) + done;
             let rays = rays.fetch_add(desk.rays, Ordering::Relaxed) + desk.rays;
-            let mut film = film.lock().unwrap_or_else(PoisonError::into_inner);
+            let mut film = locked(&film);
             desk.lay_down(&mut film, number as usize);
+            if let Err(error) = keep(&film, &desk.work(number)) {
+                failed.store(true, Ordering::Relaxed);
+                locked(&failure).get_or_insert(error);
+                return;
+            }
             drop(film);
             if let Some(report) = watch.report {
                 report(Progress {
@@ -65,19 +78,15 @@ impl<'a> Job<'a> {
                 });
             }
         });
-        film.into_inner().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    /// In pixels of the full picture.
-    fn tile_window(&self, number: u32, columns: u32) -> Crop {
-        let (x, y) = (number % columns * TILE, number / columns * TILE);
-        Crop {
-            x: self.window.x + x,
-            y: self.window.y + y,
-            width: TILE.min(self.window.width - x),
-            height: TILE.min(self.window.height - y),
+        match failure.into_inner().unwrap_or_else(PoisonError::into_inner) {
+            Some(error) => Err(error),
+            None => Ok(film.into_inner().unwrap_or_else(PoisonError::into_inner)),
         }
     }
+}
+
+fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// Where one thread works on its tiles, one after the other. All memory is used again.
@@ -245,6 +254,15 @@ impl<'a> Desk<'a> {
         self.trace_camera_rays();
         for (start, hit) in self.starts.iter_mut().zip(&self.hits) {
             start.hit = *hit;
+        }
+    }
+
+    /// What the tile has cost.
+    fn work(&self, number: u32) -> TileWork {
+        TileWork {
+            number,
+            rays: self.rays,
+            counts: self.counts,
         }
     }
 

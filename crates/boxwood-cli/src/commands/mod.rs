@@ -13,6 +13,7 @@ mod explain;
 mod inspect;
 mod list;
 mod man;
+mod merge;
 mod race;
 mod render;
 mod simplify;
@@ -47,6 +48,7 @@ macro_rules! commands {
 commands! {
     Demo => demo,
     Render => render,
+    Merge => merge,
     #[cfg(feature = "view")]
     View => view,
     Inspect => inspect,

@@ -10,6 +10,8 @@ pub use self::{
     save::{followed, save_atomically, save_atomically_telling},
 };
 
+#[cfg(feature = "farm")]
+pub(crate) use self::save::remedy;
 use crate::RenderError;
 
 /// A picture read from a file, in linear light.

@@ -108,7 +108,7 @@ fn new_file(folder: &Path) -> io::Result<tempfile::NamedTempFile> {
     builder.tempfile_in(folder)
 }
 
-fn remedy(cause: &io::Error) -> &'static str {
+pub(crate) fn remedy(cause: &io::Error) -> &'static str {
     match cause.kind() {
         ErrorKind::NotFound => "the folder does not exist: create it or choose another",
         ErrorKind::PermissionDenied => "you may not write there: choose another folder",
