@@ -29,7 +29,7 @@ fn explained(
     options: &BuildOptions,
     rule: Option<LeafRule>,
 ) -> (BuildWalk, Vec<Aabb>) {
-    let prims = Triangles(triangles(mesh));
+    let prims = Triangles::new(triangles(mesh));
     let boxes = boxes(&prims);
     let input = BuildInput::new(&prims, &boxes);
     let input = rule.map_or(input, |rule| input.with_leaves(rule));

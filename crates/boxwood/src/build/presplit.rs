@@ -234,7 +234,7 @@ mod tests {
             let (a, b) = (point(size, at), point(size, at));
             Triangle([a, b, point(0.01, b)])
         });
-        Triangles(triangles.collect())
+        Triangles::new(triangles.collect())
     }
 
     #[test]
