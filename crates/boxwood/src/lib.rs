@@ -68,7 +68,7 @@ pub use build::{
 };
 pub use error::BuildError;
 #[cfg(feature = "file")]
-pub use file::{FileCause, FileError};
+pub use file::{AlignedBytes, FileCause, FileError};
 #[cfg(feature = "distances")]
 pub use geom::Nearest;
 pub use geom::{Aabb, Affine, Hit, Interval, Obb, Ray, Sphere, Transform, Triangle};

@@ -201,6 +201,11 @@ impl Scene {
         self.triangle_in_scene(number as u32)
     }
 
+    /// How many triangles a mesh has; `None` if there is no such mesh.
+    pub fn mesh_len(&self, geom: u32) -> Option<usize> {
+        self.range(geom).map(|range| range.len())
+    }
+
     /// The numbers in the scene of the primitives of a mesh.
     fn range(&self, geom: u32) -> Option<Range<usize>> {
         let start = *self.starts.get(geom as usize)? as usize;

@@ -27,6 +27,8 @@ pub enum FileCause {
     },
     /// The system refused to read or write.
     System {
+        /// What kind of refusal.
+        kind: std::io::ErrorKind,
         /// Its words.
         message: String,
     },
@@ -88,8 +90,8 @@ impl FileError {
 
 impl From<std::io::Error> for FileError {
     fn from(error: std::io::Error) -> Self {
-        let message = error.to_string();
-        Self::new(FileCause::System { message })
+        let (kind, message) = (error.kind(), error.to_string());
+        Self::new(FileCause::System { kind, message })
     }
 }
 
@@ -112,7 +114,7 @@ impl fmt::Display for FileCause {
                 f,
                 "a scene of {what} is not saved (build triangles with the structure wide)"
             ),
-            Self::System { message } => write!(f, "{message}"),
+            Self::System { message, .. } => write!(f, "{message}"),
             Self::NoScene => write!(
                 f,
                 "is no saved scene (such a file is written by `Scene::save` and `boxwood build FILE -o scene.bwx`)"

@@ -63,7 +63,8 @@ impl Scene {
     /// As [`Scene::open`].
     pub fn read(path: impl AsRef<Path>) -> Result<Self, FileError> {
         Self::at(path.as_ref(), |mut file, len| {
-            copied(len, |copy| file.read_exact(copy))
+            let fill = |copy: &mut [u8]| file.read_exact(copy);
+            Ok(Kept::new(AlignedBytes::filled(len, fill)?))
         })
     }
 
@@ -90,23 +91,52 @@ impl Scene {
         if bytes.is_aligned() {
             return parts::opened(bytes);
         }
-        parts::opened(&copied(bytes.len(), |copy| {
-            copy.copy_from_slice(bytes);
-            Ok(())
-        })?)
+        parts::opened(&Kept::new(AlignedBytes::copy(bytes)?))
     }
 }
 
-/// Bytes of our own, aligned.
-fn copied(
+/// Bytes that lie as [`Scene::open_bytes`] reads them in place, on huge pages where the system has them.
+pub struct AlignedBytes {
+    memory: Arena,
     len: usize,
-    fill: impl FnOnce(&mut [u8]) -> std::io::Result<()>,
-) -> Result<Kept<u8>, FileError> {
-    let bytes = len as u64;
-    let out_of_memory = || FileError::new(FileCause::OutOfMemory { bytes });
-    let mut arena = Arena::new(len).ok_or_else(out_of_memory)?;
-    fill(&mut arena.bytes_mut()[..len])?;
-    Kept::new(arena).part(0..len).ok_or_else(out_of_memory)
+}
+
+impl AlignedBytes {
+    /// A copy.
+    ///
+    /// # Errors
+    /// If there is no memory.
+    pub fn copy(bytes: &[u8]) -> Result<Self, FileError> {
+        Self::filled(bytes.len(), |copy| {
+            copy.copy_from_slice(bytes);
+            Ok(())
+        })
+    }
+
+    fn filled(
+        len: usize,
+        fill: impl FnOnce(&mut [u8]) -> std::io::Result<()>,
+    ) -> Result<Self, FileError> {
+        let bytes = len as u64;
+        let out_of_memory = FileError::new(FileCause::OutOfMemory { bytes });
+        let mut memory = Arena::new(len).ok_or(out_of_memory)?;
+        fill(&mut memory.bytes_mut()[..len])?;
+        Ok(Self { memory, len })
+    }
+}
+
+impl AsRef<[u8]> for AlignedBytes {
+    fn as_ref(&self) -> &[u8] {
+        &self.memory.bytes()[..self.len]
+    }
+}
+
+impl std::fmt::Debug for AlignedBytes {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("AlignedBytes")
+            .field("len", &self.len)
+            .finish_non_exhaustive()
+    }
 }
 
 /// The file at `path`, if it begins like a scene, and its length. Nothing else is asked for all of its bytes.

@@ -139,13 +139,6 @@ impl Arena {
     }
 }
 
-#[cfg(feature = "file")]
-impl AsRef<[u8]> for Arena {
-    fn as_ref(&self) -> &[u8] {
-        self.bytes()
-    }
-}
-
 /// The rows of a node: two planes for each axis, then references.
 #[derive(Clone, Copy)]
 pub(crate) struct NodeRows<'a> {
