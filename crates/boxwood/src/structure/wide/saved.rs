@@ -10,10 +10,10 @@ use super::layout::{MAX_GRANULES, Ref, WIDTH, bounds};
 use super::triangles::WideTriangles;
 use super::{Full, Wide, ray};
 use crate::build::{BuildOptions, MAX_DEPTH};
-use crate::geom::Aabb;
+use crate::geom::{Aabb, Triangle};
 use crate::prims::{Primitives, Triangles};
 use crate::query::Query;
-use crate::simd::{Arena, GRANULE, Kept};
+use crate::simd::{Arena, GRANULE, Kept, address, prefetch};
 
 /// What is wrong with the bytes of a tree, and at which of them.
 #[derive(Debug)]
@@ -175,6 +175,7 @@ impl<'a> Check<'a> {
         }
         let mut next = node.granule + Full::NODE_GRANULES;
         let first = waiting.len();
+        self.fetch_triangles(next, &refs[..count]);
         for lane in 0..count {
             if refs[lane].is_leaf() {
                 next = self.leaf(refs[lane], next, &boxes[lane])?;
@@ -190,6 +191,24 @@ impl<'a> Check<'a> {
         // The first inner child comes next.
         waiting[first..].reverse();
         Ok((next, count))
+    }
+
+    /// Asks for the triangles of all leaves behind a node, which are all over the list, before the first is looked at.
+    fn fetch_triangles(&self, from: u32, refs: &[Ref]) {
+        let triangles = self.triangles.as_slice();
+        let mut place = from;
+        for leaf in refs.iter().filter(|child| child.is_leaf()) {
+            let count = leaf.count();
+            if !self.has(place, 40 * count) {
+                return;
+            }
+            for prim in &self.arena.floats(place, 10 * count)[9 * count..] {
+                let triangle = address(triangles, prim.to_bits() as usize);
+                prefetch(triangle);
+                prefetch(triangle.wrapping_add(size_of::<Triangle>() - 1));
+            }
+            place += leaf_granules(count);
+        }
     }
 
     /// One leaf, which must begin at granule `place`; gives where it ends.
@@ -224,7 +243,7 @@ impl<'a> Check<'a> {
                     .ok_or(flaw("a triangle cannot be hit or kept"))?;
             }
         }
-        Ok(place + floats.div_ceil(4) as u32)
+        Ok(place + leaf_granules(count))
     }
 
     /// Remembers that a leaf's box has a part of a triangle.
@@ -255,6 +274,10 @@ impl<'a> Check<'a> {
         }
         Ok(has_any)
     }
+}
+
+fn leaf_granules(count: usize) -> u32 {
+    (10 * count).div_ceil(4) as u32
 }
 
 fn flaw(granule: u32, cause: &'static str) -> Flaw {
