@@ -39,6 +39,8 @@ pub use door::{Door, Limits};
 pub use error::{LoadError, Place};
 pub use flatten::Bounds;
 pub use fold::Folded;
+#[cfg(feature = "saved")]
+pub use format::with_vertices;
 #[cfg(feature = "files")]
 pub use format::{FORMATS, Format, load, load_bytes, load_with, open};
 pub use model::{Camera, FlatMesh, Instance, Material, Mesh, Model, Texture};

@@ -4,7 +4,7 @@ use boxwood::{AlignedBytes, FileError, Scene};
 use glam::Mat4;
 
 use super::Format;
-use crate::{Door, Instance, LoadError, Mesh, Model};
+use crate::{Door, FlatMesh, Instance, LoadError, Mesh, Model};
 
 pub(crate) const FORMAT: Format = Format {
     name: "bwx",
@@ -30,22 +30,40 @@ fn load(bytes: &[u8], door: &mut Door) -> Result<Model, LoadError> {
     let mut model = Model::default();
     let mut indexed = Indexed::of(&scene);
     for geom in 0.. {
-        let Some(len) = scene.mesh_len(geom) else { break };
+        let Some(len) = scene.mesh_len(geom) else {
+            break;
+        };
         let mesh = match &mut indexed {
             Some(indexed) => indexed.mesh(&scene, geom, len),
             None => soup(&scene, geom, len),
         };
         let mesh = mesh.ok_or_else(|| {
-            door.error(None, "the notes `vertices` and `indices` are not those of its triangles")
-                .with_remedy("save the scene again")
+            door.error(
+                None,
+                "the notes `vertices` and `indices` are not those of its triangles",
+            )
+            .with_remedy("save the scene again")
         })?;
         if len > 0 {
             let mesh = (model.meshes.push(mesh), model.meshes.len() as u32 - 1).1;
             let world_from_mesh = Mat4::IDENTITY;
-            model.instances.push(Instance { mesh, world_from_mesh });
+            model.instances.push(Instance {
+                mesh,
+                world_from_mesh,
+            });
         }
     }
     Ok(model)
+}
+
+/// The scene with notes of which vertices the triangles of `mesh` share, over which it was built: so that whoever opens its file can
+/// blend what vertices carry. 12 bytes a triangle.
+pub fn with_vertices(scene: Scene, mesh: &FlatMesh) -> Scene {
+    let indices = mesh.indices.as_flattened().iter();
+    let indices: Vec<u8> = indices.flat_map(|index| index.to_le_bytes()).collect();
+    scene
+        .with_note("vertices", (mesh.positions.len() as u64).to_le_bytes())
+        .with_note("indices", indices)
 }
 
 /// Three vertices for each triangle.
@@ -99,9 +117,13 @@ impl<'a> Indexed<'a> {
         // Two triangles must not disagree about a vertex.
         let is_same = |prim: u32, corners: &[u32; 3]| {
             let kept = corners.map(|vertex| mesh.positions[vertex as usize].map(f32::to_bits));
-            scene.triangle(geom, prim).is_some_and(|t| t.0.map(|p| p.map(f32::to_bits)) == kept)
+            scene
+                .triangle(geom, prim)
+                .is_some_and(|t| t.0.map(|p| p.map(f32::to_bits)) == kept)
         };
-        let all_same = (0_u32..).zip(&mesh.indices).all(|(prim, corners)| is_same(prim, corners));
+        let all_same = (0_u32..)
+            .zip(&mesh.indices)
+            .all(|(prim, corners)| is_same(prim, corners));
         all_same.then_some(mesh)
     }
 }
@@ -118,7 +140,12 @@ mod tests {
     }
 
     fn square() -> ([[f32; 3]; 4], [[u32; 3]; 2]) {
-        let positions = [[0.0, 0.0, 1.0], [2.0, 0.0, 1.5], [0.0, 3.0, 1.0], [2.5, 3.0, 1.0]];
+        let positions = [
+            [0.0, 0.0, 1.0],
+            [2.0, 0.0, 1.5],
+            [0.0, 3.0, 1.0],
+            [2.5, 3.0, 1.0],
+        ];
         (positions, [[0, 1, 2], [1, 3, 2]])
     }
 
@@ -132,9 +159,12 @@ mod tests {
         let scene = Scene::new(&positions, &indices).unwrap();
         let model = loaded(&bytes(&scene)).unwrap();
         assert_eq!(model.meshes[0].positions.len(), 6);
-        let noted = scene
-            .with_note("vertices", 4_u64.to_le_bytes())
-            .with_note("indices", indices.as_flattened().iter().flat_map(|i| i.to_le_bytes()).collect::<Vec<u8>>());
+        let mesh = FlatMesh {
+            positions: positions.to_vec(),
+            indices: indices.to_vec(),
+            ..FlatMesh::default()
+        };
+        let noted = with_vertices(scene, &mesh);
         let model = loaded(&bytes(&noted)).unwrap();
         assert_eq!(model.meshes[0].positions, positions);
         assert_eq!(model.meshes[0].indices, indices);
@@ -149,9 +179,15 @@ mod tests {
         for (count, first) in [(3_u64, 0_u32), (u64::MAX, 0), (4, 9), (4, 3)] {
             let mut lie = indices;
             lie[0][0] = first;
-            let lie: Vec<u8> = lie.as_flattened().iter().flat_map(|i| i.to_le_bytes()).collect();
+            let lie: Vec<u8> = lie
+                .as_flattened()
+                .iter()
+                .flat_map(|i| i.to_le_bytes())
+                .collect();
             let scene = Scene::new(&positions, &indices).unwrap();
-            let noted = scene.with_note("vertices", count.to_le_bytes()).with_note("indices", lie);
+            let noted = scene
+                .with_note("vertices", count.to_le_bytes())
+                .with_note("indices", lie);
             let error = loaded(&bytes(&noted)).unwrap_err().to_string();
             assert!(error.contains("a.bwx: the notes"), "{error}");
         }

@@ -10,6 +10,9 @@ mod polygon;
 pub(crate) mod stl;
 mod text;
 
+#[cfg(feature = "saved")]
+pub use bwx::with_vertices;
+
 use std::path::Path;
 
 use crate::{Door, Limits, LoadError, Model};
