@@ -104,7 +104,7 @@ class Scene:
     def save(self, path):
         """Writes the scene to the file `path`, which :meth:`open` opens without a build, and returns its :attr:`content_hash`.
 
-        The file has some 130 bytes for each triangle. It is written beside `path` and renamed there, so that no reader ever sees a half.
+        The file has some 100 bytes for each triangle. It is written beside `path` and renamed there, so that no reader ever sees a half.
         """
         import os
 

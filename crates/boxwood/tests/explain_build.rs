@@ -11,7 +11,7 @@ use std::collections::HashMap;
 use std::ops::Range;
 
 fn boxes(prims: &Triangles) -> Vec<Aabb> {
-    let bounds = prims.0.iter().map(boxwood::Triangle::bounds);
+    let bounds = prims.as_slice().iter().map(boxwood::Triangle::bounds);
     bounds
         .map(|b| if b.is_in_domain() { b } else { Aabb::EMPTY })
         .collect()

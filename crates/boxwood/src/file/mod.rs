@@ -18,7 +18,7 @@ use std::path::Path;
 
 impl Scene {
     /// Writes the scene as a file (`.bwx`) that [`Scene::open`] opens without a build, with the notes on it
-    /// ([`Scene::with_note`]). Some 115 bytes a triangle. The same scene gives the same bytes on every machine, for every number of threads and
+    /// ([`Scene::with_note`]). Some 90 bytes a triangle. The same scene gives the same bytes on every machine, for every number of threads and
     /// instruction set; an opened scene those that it was opened from.
     ///
     /// Write beside the place where the file is to be, and rename it there: whoever has the old one mapped keeps it, and nobody sees a half.
@@ -47,8 +47,8 @@ impl Scene {
     /// a second one opens it from the system's cache. All of it is read and checked first, in a fraction of the time of a build.
     ///
     /// The file must stay as it is while the scene lives. Whoever renames a new file to its place, as saving should, may
-    /// do so at any time. But a program that writes into the file in place changes the scene under its readers (whose answers are then wrong, if
-    /// they do not panic), and one that cuts it short ends them by a signal (SIGBUS on Unix). Where others may do that, take [`Scene::read`].
+    /// do so at any time. But a program that writes into the file in place changes the scene under its readers, who then get wrong answers, panic or
+    /// never end; and one that cuts it short ends them by a signal (SIGBUS on Unix). Where others may do that, take [`Scene::read`].
     ///
     /// # Errors
     /// If it cannot be read, is no scene, is of another version, or is damaged in any way.

@@ -69,7 +69,7 @@ impl Kept<u8> {
 
     /// True if rows of the wide tree may be read in place.
     pub(crate) fn is_aligned(&self) -> bool {
-        self.start.as_ptr() as usize % ALIGNMENT == 0
+        (self.start.as_ptr() as usize).is_multiple_of(ALIGNMENT)
     }
 
     /// A part of the bytes.
@@ -85,7 +85,7 @@ impl Kept<u8> {
     /// The same memory as elements; `None` if it is not aligned, or no whole number of them.
     pub(crate) fn elements<T: Plain>(&self) -> Option<Kept<T>> {
         let start = self.start.cast::<T>();
-        let is_whole = self.len % size_of::<T>() == 0 && start.is_aligned();
+        let is_whole = self.len.is_multiple_of(size_of::<T>()) && start.is_aligned();
         is_whole.then(|| Kept {
             start,
             len: self.len / size_of::<T>(),
