@@ -35,6 +35,7 @@ class Scene:
         self._threads = _threads(threads)
         self._meshes = []
         self._native = None
+        self._is_opened = False
         self._origin = np.zeros(3)
         self._lock = threading.Lock()
 
@@ -54,6 +55,66 @@ class Scene:
         scene.add_triangles(positions, indices)
         return scene
 
+    @classmethod
+    def open(cls, path, *, map=True, threads=0):
+        """A scene that :meth:`save` wrote, without a build.
+
+        It answers bit for bit like the one that was saved, and has its :attr:`origin`. All of the file is checked first; one that is damaged,
+        or no scene, is a :class:`ValueError`.
+
+        Parameters
+        ----------
+        path : str or path
+        map : bool
+            True: the file becomes memory, which all processes of this machine that open it share. It must not be written to or cut short while
+            the scene is there: that would end the process. Replacing it, as :meth:`save` does, is no harm. False: it is copied, for files
+            that others may write to.
+        threads : int
+            For opening, and for questions that do not say; 0: as many as the machine has.
+        """
+        import os
+
+        return cls._of(NativeScene.open(os.fsdecode(path), bool(map), _threads(threads)), threads)
+
+    @classmethod
+    def from_buffer(cls, buffer, *, threads=0):
+        """The scene in the bytes of a file, as :meth:`open`.
+
+        ``bytes`` that begin at a multiple of 64 are read in place; anything else (an array, a memory map, shared memory), which
+        somebody might change, is copied.
+        """
+        count = _threads(threads)
+        if type(buffer) is bytes:
+            return cls._of(NativeScene.of_bytes(buffer, count), threads)
+        array = np.frombuffer(buffer, np.uint8)
+        return cls._of(NativeScene.of_array(array, count), threads)
+
+    @classmethod
+    def _of(cls, native, threads):
+        """A scene that is opened already."""
+        quality = (native.note("quality") or b"default").decode("ascii", "replace")
+        scene = cls(quality=quality, threads=threads)
+        origin = np.frombuffer(native.note("origin") or bytes(24), np.uint8)
+        if origin.size != 24 or not np.isfinite(origin.view("<f8")).all():
+            raise ValueError("the file's note 'origin' is not three numbers: save the scene again")
+        scene._native, scene._is_opened = native, True
+        scene._origin = origin.view("<f8").astype(np.float64)
+        return scene
+
+    def save(self, path):
+        """Writes the scene to the file `path`, which :meth:`open` opens without a build, and returns its :attr:`content_hash`.
+
+        The file has some 100 bytes for each triangle. It is written beside `path` and renamed there, so that no reader ever sees a half.
+        """
+        import os
+
+        return self._built().save(os.fsdecode(path), self._threads)
+
+    @property
+    def content_hash(self):
+        """What :meth:`save` returns: 64 hexadecimal digits, the same for the same scene on every machine."""
+        return self._built().content_hash(self._threads)
+
     def add_triangles(self, vertex_positions, triangle_indices=None):
         """Adds a mesh and returns its geometry id.
 
@@ -71,6 +132,8 @@ class Scene:
         vertices = vertices_of(vertex_positions)
         triangles = triangles_of(triangle_indices, len(vertices))
         with self._lock:
+            if self._is_opened:
+                raise ValueError("a scene from a file is complete: make a new Scene of all meshes")
             self._meshes.append((vertices, triangles))
             self._native = None
             return len(self._meshes) - 1
@@ -222,15 +285,22 @@ class Scene:
         return np.array(self._built().bounds(), np.float64) + self._origin
 
     def __getstate__(self):
-        return {"quality": self._quality, "threads": self._threads, "meshes": self._meshes}
+        state = {"quality": self._quality, "threads": self._threads}
+        if self._is_opened:
+            return {**state, "file": self._native.to_bytes(self._threads)}
+        # Smaller than the file, and soon built.
+        return {**state, "meshes": self._meshes}
 
     def __setstate__(self, state):
         self.__init__(quality=state["quality"], threads=state["threads"])
-        self._meshes = state["meshes"]
+        if "file" in state:
+            self.__dict__.update(self.from_buffer(state["file"], threads=state["threads"]).__dict__)
+        else:
+            self._meshes = state["meshes"]
 
     def __repr__(self):
-        triangles = sum(len(triangles) for _, triangles in self._meshes)
-        return f"<boxwood.Scene: {len(self._meshes)} meshes, {triangles:,} triangles>"
+        lengths = self._native.mesh_lengths() if self._is_opened else [len(triangles) for _, triangles in self._meshes]
+        return f"<boxwood.Scene: {len(lengths)} meshes, {sum(lengths):,} triangles>"
 
     def _built(self):
         native = self._native
@@ -240,8 +310,36 @@ class Scene:
             if self._native is None:
                 self._origin = _origin_of([vertices for vertices, _ in self._meshes])
                 meshes = [(single(vertices, self._origin), triangles) for vertices, triangles in self._meshes]
-                self._native = NativeScene(meshes, self._quality, self._threads)
+                self._native = NativeScene(meshes, self._quality, self._threads, self._notes())
             return self._native
+
+    def _notes(self):
+        """What a file has beside what Boxwood itself needs."""
+        counts = np.array([len(vertices) for vertices, _ in self._meshes], "<u8")
+        indices = [triangles.astype("<u4").tobytes() for _, triangles in self._meshes]
+        return [
+            ("origin", self._origin.astype("<f8").tobytes()),
+            ("quality", self._quality.encode()),
+            ("vertices", counts.tobytes()),
+            ("indices", b"".join(indices)),
+        ]
+
+    def _faces(self):
+        """Number of vertices and triangles of each geometry."""
+        if not self._is_opened:
+            return [(len(vertices), triangles) for vertices, triangles in self._meshes]
+        counts, indices = self._native.note("vertices"), self._native.note("indices")
+        if counts is None or indices is None:
+            raise ValueError("this file does not say which vertices triangles have: interpolate by primitive_ids and primitive_uvs")
+        lengths = self._native.mesh_lengths()
+        if len(counts) != 8 * len(lengths) or len(indices) != 12 * sum(lengths):
+            raise ValueError("the file's notes 'vertices' and 'indices' are not those of its triangles: save the scene again")
+        triangles = np.frombuffer(indices, "<u4").reshape(-1, 3)
+        parts = np.split(triangles, np.cumsum(lengths)[:-1]) if lengths else []
+        counts = np.frombuffer(counts, "<u8").tolist()
+        if any(part.size and part.max() >= count for count, part in zip(counts, parts)):
+            raise ValueError("the file's note 'indices' has vertices that are not there: save the scene again")
+        return list(zip(counts, parts))
 
     def _rays(self, rays):
         flat, shape = leading(rays, 6, "rays")
@@ -256,14 +354,15 @@ class Scene:
 
     def _blend(self, values, geom, prim, uvs, hit):
         lists = values if isinstance(values, (list, tuple)) else [values]
-        if len(lists) != len(self._meshes):
-            raise ValueError(f"{len(lists)} arrays for {len(self._meshes)} geometries")
+        faces = self._faces()
+        if len(lists) != len(faces):
+            raise ValueError(f"{len(lists)} arrays for {len(faces)} geometries")
         lists = [np.asarray(one) for one in lists]
-        for one, (vertices, _) in zip(lists, self._meshes):
-            if len(one) != len(vertices):
-                raise ValueError(f"{len(one)} values for {len(vertices)} vertices")
+        for one, (count, _) in zip(lists, faces):
+            if len(one) != count:
+                raise ValueError(f"{len(one)} values for {count} vertices")
         result = np.full((len(hit), *lists[0].shape[1:]), np.nan, np.result_type(np.float32, *lists))
-        for number, (one, (_, triangles)) in enumerate(zip(lists, self._meshes)):
+        for number, (one, (_, triangles)) in enumerate(zip(lists, faces)):
             mine = hit & (geom == number)
             corners = one[triangles[prim[mine]]]
             u, v = (uvs[mine, k].reshape(-1, *[1] * (one.ndim - 1)) for k in (0, 1))

@@ -4,6 +4,7 @@
 //! interpreter is held, since any thread could change them later; then it is let go while Boxwood works.
 
 mod arrays;
+mod file;
 mod pool;
 mod scene;
 

@@ -13,7 +13,7 @@ const NOTHING: u32 = u32::MAX;
 
 /// Built once; every question leaves it as it is.
 #[pyclass(frozen, name = "NativeScene", module = "boxwood._native")]
-pub(crate) struct NativeScene(Scene);
+pub(crate) struct NativeScene(pub(crate) Scene);
 
 type Column<'py, T> = Bound<'py, PyArray1<T>>;
 type Table<'py, T> = Bound<'py, PyArray2<T>>;
@@ -52,13 +52,14 @@ type Closest<'py> = (
 
 #[pymethods]
 impl NativeScene {
-    /// Builds over meshes of `(V, 3)` positions and `(F, 3)` triangles.
+    /// Builds over meshes of `(V, 3)` positions and `(F, 3)` triangles, with notes for its file.
     #[new]
     fn new(
         py: Python<'_>,
         meshes: Vec<(PyReadonlyArray2<'_, f32>, PyReadonlyArray2<'_, u32>)>,
         preset: &str,
         threads: usize,
+        notes: Vec<(String, Vec<u8>)>,
     ) -> PyResult<Self> {
         let options = PRESETS
             .iter()
@@ -92,9 +93,11 @@ impl NativeScene {
                     .build()
             })
         })?;
-        built
-            .map(Self)
-            .map_err(|error| PyValueError::new_err(error.to_string()))
+        let scene = built.map_err(|error| PyValueError::new_err(error.to_string()))?;
+        let noted = notes.into_iter().fold(scene, |scene, (name, content)| {
+            scene.with_note(&name, content)
+        });
+        Ok(Self(noted))
     }
 
     /// The closest hit of each ray.
