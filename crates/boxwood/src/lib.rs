@@ -31,8 +31,9 @@
 //! # Cargo features
 //!
 //! All on by default, and none changes an answer. `rayon`: builds and slices of rays on all threads of the caller's pool.
-//! `shapes`: structures over spheres, shapes of your own and instances; `volumes`: trees of spheres and of oriented boxes.
-//! Without these two a program holds little more than triangles in axis-aligned boxes, and is about half a megabyte smaller.
+//! `shapes`: structures over spheres, shapes of your own and instances; `volumes`: trees of spheres and of oriented boxes;
+//! `compact`: the wide tree in less memory; `lists`: all hits of many rays at once; `distances`: nearest places, and on which side of a surface.
+//! Without `shapes` and `volumes` a program holds little more than triangles in axis-aligned boxes, and is about half a megabyte smaller.
 #![cfg_attr(
     not(feature = "shapes"),
     allow(
@@ -68,6 +69,8 @@ pub use error::BuildError;
 pub use geom::Nearest;
 pub use geom::{Aabb, Affine, Hit, Interval, Obb, Ray, Sphere, Transform, Triangle};
 pub use query::{Counts, Query, Step, Walk};
+#[cfg(feature = "lists")]
+pub use scene::HitLists;
 pub use scene::{Census, Instance, Placed, Scene, SceneBuilder};
 pub use simd::InstructionSet;
 pub use stats::Stats;

@@ -3,11 +3,15 @@
 mod census;
 mod change;
 mod instance;
+#[cfg(feature = "lists")]
+mod lists;
 #[cfg(feature = "distances")]
 mod nearest;
 
 pub use census::Census;
 pub use instance::{Instance, Placed};
+#[cfg(feature = "lists")]
+pub use lists::HitLists;
 
 use crate::build::{BuildOptions, BuildWalk};
 use crate::error::BuildError;
@@ -116,17 +120,6 @@ impl Scene {
         for_chunks(rays, occluded, |rays, occluded| {
             self.query.occluded_each(rays, occluded);
         });
-    }
-
-    /// [`Scene::all_hits`] for each ray, on the threads of the caller's rayon pool: `hits[i]` are those of `rays[i]`.
-    pub fn all_hits_each(&self, rays: &[Ray]) -> Vec<Vec<Hit>> {
-        let mut hits = vec![Vec::new(); rays.len()];
-        for_chunks(rays, &mut hits, |rays, hits| {
-            rays.iter()
-                .zip(hits)
-                .for_each(|(ray, hits)| self.all_hits_into(ray, hits));
-        });
-        hits
     }
 
     /// [`Scene::closest_hit`], adding its work to `counts`.
