@@ -330,7 +330,7 @@ impl std::fmt::Debug for Scene {
     }
 }
 
-/// Runs `f` on pieces of both slices, in parallel where that is compiled in and worth it.
+/// Runs `f` on chunks of both slices, in parallel where that is compiled in and worth it.
 fn for_chunks<Q: Sync, T: Send>(rays: &[Q], answers: &mut [T], f: impl Fn(&[Q], &mut [T]) + Sync) {
     #[cfg(feature = "rayon")]
     if rays.len() > CHUNK {
@@ -341,6 +341,35 @@ fn for_chunks<Q: Sync, T: Send>(rays: &[Q], answers: &mut [T], f: impl Fn(&[Q], 
         return;
     }
     f(rays, answers);
+}
+
+/// The same on pieces of up to `most`, where large ones pay: a few for each thread.
+#[cfg(feature = "distances")]
+fn for_pieces<Q: Sync, T: Send>(
+    most: usize,
+    asked: &[Q],
+    answers: &mut [T],
+    f: impl Fn(&[Q], &mut [T]) + Sync,
+) {
+    #[cfg(feature = "rayon")]
+    if asked.len() > CHUNK {
+        use rayon::prelude::*;
+        let threads = rayon::current_num_threads();
+        let piece = if threads > 1 {
+            asked.len() / (4 * threads)
+        } else {
+            most
+        };
+        let piece = piece.clamp(CHUNK, most);
+        asked
+            .par_chunks(piece)
+            .zip(answers.par_chunks_mut(piece))
+            .for_each(|(asked, answers)| f(asked, answers));
+        return;
+    }
+    for (asked, answers) in asked.chunks(most).zip(answers.chunks_mut(most)) {
+        f(asked, answers);
+    }
 }
 
 /// Appends the triangles of mesh number `geom`.

@@ -16,8 +16,12 @@ mod bundle;
 mod compact;
 mod emit;
 mod every;
+#[cfg(feature = "distances")]
+mod feet;
 mod finish;
 mod finish_one;
+#[cfg(feature = "distances")]
+mod foot;
 mod form;
 mod full;
 mod lanes;
