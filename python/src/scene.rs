@@ -3,7 +3,7 @@
 use crate::arrays::{column, rows, table};
 use crate::pool::on_threads;
 use boxwood::build::PRESETS;
-use boxwood::{Hit, Nearest, Ray, Scene};
+use boxwood::{Hit, HitLists, Nearest, Ray, Scene};
 use numpy::{PyArray1, PyArray2, PyReadonlyArray2};
 use pyo3::exceptions::{PyOSError, PyValueError};
 use pyo3::prelude::*;
@@ -158,22 +158,20 @@ impl NativeScene {
         threads: usize,
     ) -> PyResult<Listed<'py>> {
         let rays = rays_of(&rays, near, far)?;
-        let hits = py.detach(|| on_threads(threads, || self.0.all_hits_each(&rays)))?;
-        let mut splits = vec![0_i64];
-        splits.extend(hits.iter().scan(0, |sum, hits| {
-            *sum += hits.len() as i64;
-            Some(*sum)
-        }));
-        let numbers = hits.iter().zip(0_i64..);
-        let ids = numbers.flat_map(|(hits, ray)| std::iter::repeat_n(ray, hits.len()));
-        let all = || hits.iter().flatten();
+        let HitLists { splits, hits } =
+            py.detach(|| on_threads(threads, || self.0.list_hits(&rays)))?;
+        let lengths = splits.windows(2).map(|ends| ends[1] - ends[0]);
+        let mut ids = Vec::with_capacity(hits.len());
+        for (length, ray) in lengths.zip(0_i64..) {
+            ids.resize(ids.len() + length, ray);
+        }
         Ok((
-            column(py, splits),
-            column(py, ids.collect()),
-            column(py, all().map(|hit| hit.t).collect()),
-            column(py, all().map(|hit| hit.geom).collect()),
-            column(py, all().map(|hit| hit.prim).collect()),
-            table(py, all().map(|hit| [hit.u, hit.v]).collect())?,
+            column(py, splits.iter().map(|&split| split as i64).collect()),
+            column(py, ids),
+            column(py, hits.iter().map(|hit| hit.t).collect()),
+            column(py, hits.iter().map(|hit| hit.geom).collect()),
+            column(py, hits.iter().map(|hit| hit.prim).collect()),
+            table(py, hits.iter().map(|hit| [hit.u, hit.v]).collect())?,
         ))
     }
 
@@ -187,11 +185,14 @@ impl NativeScene {
         threads: usize,
     ) -> PyResult<Column<'py, i64>> {
         let rays = rays_of(&rays, near, far)?;
-        let hits = py.detach(|| on_threads(threads, || self.0.all_hits_each(&rays)))?;
-        Ok(column(
-            py,
-            hits.iter().map(|hits| hits.len() as i64).collect(),
-        ))
+        let counts = py.detach(|| {
+            on_threads(threads, || {
+                let mut counts = vec![0; rays.len()];
+                self.0.count_hits(&rays, &mut counts);
+                counts
+            })
+        })?;
+        Ok(column(py, counts.into_iter().map(i64::from).collect()))
     }
 
     /// The nearest place of the surface for each point.

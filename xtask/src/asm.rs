@@ -49,6 +49,13 @@ const BATCH_CLOSEST: &[&str] = &[FULL, "wide::batch::run", "::ClosestHits"];
 const BATCH_OCCLUDED: &[&str] = &[FULL, "wide::batch::run", "::OccludedEach"];
 const BUNDLE_CLOSEST: &[&str] = &[FULL, "wide::bundle::trace_alike", "::ClosestHits"];
 const BUNDLE_OCCLUDED: &[&str] = &[FULL, "wide::bundle::trace_alike", "::OccludedEach"];
+const NEAREST: &[&str] = &[
+    FULL,
+    "WideTriangles",
+    "as boxwood::query::Query>::nearest_each",
+];
+const LISTS: &[&str] = &[FULL, "wide::batch::run", "::Lists"];
+const NUMBERS: &[&str] = &[FULL, "wide::batch::run", "::Numbers"];
 /// The form for speed; the other's kernels unpack through the stack.
 const FULL: &str = "wide::full::Full";
 
@@ -93,6 +100,16 @@ const KERNELS: &[Kernel] = &[
         Step::Node,
         [14, 19, 24, 24],
     ),
+    kernel(
+        "nearest, node and leaf",
+        NEAREST,
+        Step::Leaf,
+        [11, 42, 127, 160],
+    ),
+    kernel("lists, node", LISTS, Step::Node, [0, 0, 5, 6]),
+    kernel("lists, leaf", LISTS, Step::Leaf, [0, 0, 48, 48]),
+    kernel("numbers, node", NUMBERS, Step::Node, [0, 0, 5, 6]),
+    kernel("numbers, leaf", NUMBERS, Step::Leaf, [0, 0, 48, 48]),
 ];
 
 /// What hot loops may call, and why.
@@ -112,6 +129,12 @@ const COLD: &[(&str, &str)] = &[
         "the exact test, where the fast one cannot tell",
     ),
     ("any_exact", "the same"),
+    ("every::decide_now", "the same"),
+    ("Lists>::flush", "for every eighth hit"),
+    (
+        "nearest::Search>::settle",
+        "for the last few triangles of a point",
+    ),
 ];
 
 /// What may call vector operations, each of them a call, and why.

@@ -31,7 +31,8 @@
 //! # Cargo features
 //!
 //! All on by default, and none changes an answer. `rayon`: builds and slices of rays on all threads of the caller's pool.
-//! `shapes`: structures over spheres, shapes of your own and instances; `volumes`: trees of spheres and of oriented boxes.
+//! `shapes`: structures over spheres, shapes of your own and instances; `volumes`: trees of spheres and of oriented boxes;
+//! `compact`: the wide tree in less memory; `lists`: all hits of many rays at once; `distances`: nearest places, and on which side of a surface;
 //! `file`: scenes saved, and opened again without a build ([`Scene::save`]).
 //! Without `shapes` and `volumes` a program holds little more than triangles in axis-aligned boxes, and is about half a megabyte smaller.
 #![cfg_attr(
@@ -75,6 +76,8 @@ pub use geom::{Aabb, Affine, Hit, Interval, Obb, Ray, Sphere, Transform, Triangl
 pub use query::{Counts, Query, Step, Walk};
 #[cfg(feature = "file")]
 pub use scene::ContentHash;
+#[cfg(feature = "lists")]
+pub use scene::HitLists;
 pub use scene::{Census, Instance, Placed, Scene, SceneBuilder};
 pub use simd::InstructionSet;
 pub use stats::Stats;

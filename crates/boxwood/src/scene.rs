@@ -3,6 +3,8 @@
 mod census;
 mod change;
 mod instance;
+#[cfg(feature = "lists")]
+mod lists;
 #[cfg(feature = "distances")]
 mod nearest;
 #[cfg(feature = "file")]
@@ -10,6 +12,8 @@ mod notes;
 
 pub use census::Census;
 pub use instance::{Instance, Placed};
+#[cfg(feature = "lists")]
+pub use lists::HitLists;
 #[cfg(feature = "file")]
 pub use notes::ContentHash;
 #[cfg(feature = "file")]
@@ -124,17 +128,6 @@ impl Scene {
         for_chunks(rays, occluded, |rays, occluded| {
             self.query.occluded_each(rays, occluded);
         });
-    }
-
-    /// [`Scene::all_hits`] for each ray, on the threads of the caller's rayon pool: `hits[i]` are those of `rays[i]`.
-    pub fn all_hits_each(&self, rays: &[Ray]) -> Vec<Vec<Hit>> {
-        let mut hits = vec![Vec::new(); rays.len()];
-        for_chunks(rays, &mut hits, |rays, hits| {
-            rays.iter()
-                .zip(hits)
-                .for_each(|(ray, hits)| self.all_hits_into(ray, hits));
-        });
-        hits
     }
 
     /// [`Scene::closest_hit`], adding its work to `counts`.
@@ -362,7 +355,7 @@ impl std::fmt::Debug for Scene {
     }
 }
 
-/// Runs `f` on pieces of both slices, in parallel where that is compiled in and worth it.
+/// Runs `f` on chunks of both slices, in parallel where that is compiled in and worth it.
 fn for_chunks<Q: Sync, T: Send>(rays: &[Q], answers: &mut [T], f: impl Fn(&[Q], &mut [T]) + Sync) {
     #[cfg(feature = "rayon")]
     if rays.len() > CHUNK {
@@ -373,6 +366,35 @@ fn for_chunks<Q: Sync, T: Send>(rays: &[Q], answers: &mut [T], f: impl Fn(&[Q], 
         return;
     }
     f(rays, answers);
+}
+
+/// The same on pieces of up to `most`, where large ones pay: a few for each thread.
+#[cfg(feature = "distances")]
+fn for_pieces<Q: Sync, T: Send>(
+    most: usize,
+    asked: &[Q],
+    answers: &mut [T],
+    f: impl Fn(&[Q], &mut [T]) + Sync,
+) {
+    #[cfg(feature = "rayon")]
+    if asked.len() > CHUNK {
+        use rayon::prelude::*;
+        let threads = rayon::current_num_threads();
+        let piece = if threads > 1 {
+            asked.len() / (4 * threads)
+        } else {
+            most
+        };
+        let piece = piece.clamp(CHUNK, most);
+        asked
+            .par_chunks(piece)
+            .zip(answers.par_chunks_mut(piece))
+            .for_each(|(asked, answers)| f(asked, answers));
+        return;
+    }
+    for (asked, answers) in asked.chunks(most).zip(answers.chunks_mut(most)) {
+        f(asked, answers);
+    }
 }
 
 /// Appends the triangles of mesh number `geom`.

@@ -78,6 +78,9 @@ fn assert_same(what: &str, scene: &Scene, truth: &Truth) {
     scene.closest_hits(&truth.rays, &mut closest);
     let mut occluded = vec![false; truth.rays.len()];
     scene.occluded_each(&truth.rays, &mut occluded);
+    let lists = scene.list_hits(&truth.rays);
+    let mut numbers = vec![7; truth.rays.len()];
+    scene.count_hits(&truth.rays, &mut numbers);
     let mut counts = Counts::default();
     for (i, ray) in truth.rays.iter().enumerate() {
         let expected = bits(truth.closest[i]);
@@ -109,6 +112,8 @@ fn assert_same(what: &str, scene: &Scene, truth: &Truth) {
         );
         let all = scene.all_hits(ray);
         assert_eq!(all, truth.all[i], "all hits, {}", place());
+        assert_eq!(lists.of(i), truth.all[i], "lists, {}", place());
+        assert_eq!(numbers[i] as usize, all.len(), "counts, {}", place());
         assert_eq!(
             bits(all.first().copied()),
             expected,

@@ -72,6 +72,8 @@ pub(super) fn block(
     query.occluded_each(&batch, &mut occluded);
     let mut tally = Tally::default();
     let mut all = Vec::new();
+    #[cfg(feature = "lists")]
+    let mut lists = Lists::of(query, &batch);
     let mut wrong = Vec::new();
     for (slot, (index, ray)) in range.zip(&batch).enumerate() {
         let right = known.closest[(index - first) as usize].as_ref();
@@ -95,11 +97,57 @@ pub(super) fn block(
             if digest(&all) != right_all || !same(all.first(), right) {
                 wrong.push((Question::AllHits, format!("{all:?}")));
             }
+            #[cfg(feature = "lists")]
+            {
+                let (list, count) = lists.next();
+                if digest(list) != right_all || count != list.len() {
+                    wrong.push((Question::Lists, format!("{count}: {list:?}")));
+                }
+            }
         }
         tally.misses += u64::from(lost);
         tally.book(index, ray, right, &wrong);
     }
     tally
+}
+
+/// All hits of every eighth ray, asked together.
+#[cfg(feature = "lists")]
+struct Lists {
+    hits: Vec<Hit>,
+    lengths: Vec<u32>,
+    counts: Vec<u32>,
+    ray: usize,
+    hit: usize,
+}
+
+#[cfg(feature = "lists")]
+impl Lists {
+    fn of(query: &dyn Query, rays: &[Ray]) -> Self {
+        let rays: Vec<Ray> = rays
+            .iter()
+            .step_by(ALL_HITS_EVERY as usize)
+            .copied()
+            .collect();
+        let mut lists = Self {
+            hits: Vec::new(),
+            lengths: vec![0; rays.len()],
+            counts: vec![0; rays.len()],
+            ray: 0,
+            hit: 0,
+        };
+        query.list_each(&rays, &mut lists.hits, &mut lists.lengths);
+        query.count_each(&rays, &mut lists.counts);
+        lists
+    }
+
+    /// The hits of the next ray, and how many there are said to be.
+    fn next(&mut self) -> (&[Hit], usize) {
+        let (ray, start) = (self.ray, self.hit);
+        self.ray += 1;
+        self.hit += self.lengths[ray] as usize;
+        (&self.hits[start..self.hit], self.counts[ray] as usize)
+    }
 }
 
 /// Asks for the closest hits of all the rays at once, on the calling thread.

@@ -17,7 +17,7 @@
 //!
 //! Each ray is asked of each structure in four ways: `closest_hit` and `occluded`, one ray at a time and as slices on many
 //! threads; the first rays once more as one slice on one thread, by a structure built on one thread; and every eighth ray
-//! by `all_hits`. All bits of all hits must be those of the structure `list`, brute force.
+//! by `all_hits`, `list_each` and `count_each`. All bits of all hits must be those of the structure `list`, brute force.
 //!
 //! Where brute force or a structure is too dear for all rays, it gets the first of them, as many as
 //! [`Options::budget`] allows. Rays are independent of each other, so the first are a fair sample. Beyond the sample of

@@ -96,6 +96,8 @@ pub enum Question {
     OccludedEach,
     /// All hits: other ones, or in another order, or the first of them is not the closest.
     AllHits,
+    /// A slice of rays: lists of all hits, and how many there are.
+    Lists,
     /// The number of hits of the whole line is odd, though the mesh is closed.
     Parity,
 }

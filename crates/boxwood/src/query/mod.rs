@@ -34,6 +34,28 @@ pub trait Query: Send + Sync {
     /// [`Query::occluded`] for each ray.
     fn occluded_each(&self, rays: &[Ray], occluded: &mut [bool]);
 
+    /// Appends the hits of [`Query::all_hits`] to `hits`, ray by ray, and sets how many each ray has. The
+    /// slices are walked together.
+    #[cfg(feature = "lists")]
+    fn list_each(&self, rays: &[Ray], hits: &mut Vec<Hit>, counts: &mut [u32]) {
+        let mut of_one = Vec::new();
+        for (ray, count) in rays.iter().zip(counts) {
+            self.all_hits(ray, &mut of_one);
+            *count = of_one.len() as u32;
+            hits.append(&mut of_one);
+        }
+    }
+
+    /// How many hits [`Query::all_hits`] has for each ray.
+    #[cfg(feature = "lists")]
+    fn count_each(&self, rays: &[Ray], counts: &mut [u32]) {
+        let mut hits = Vec::new();
+        for (ray, count) in rays.iter().zip(counts) {
+            self.all_hits(ray, &mut hits);
+            *count = hits.len() as u32;
+        }
+    }
+
     /// The place of a triangle that is nearest to each point, the one with the smallest `(distance, geometry, primitive)`: the
     /// slices are walked together. `None` for a point that is not finite or outside the domain, and where there are no triangles:
     /// other primitives have no nearest places yet. Triangles without area count, as the edges or points that they are.

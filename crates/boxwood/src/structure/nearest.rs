@@ -9,50 +9,43 @@ pub(crate) struct NearestPlace {
     foot: Foot,
     prim: u32,
     triangle: Triangle,
-    /// No box farther than this, squared, matters.
-    pub(crate) reach: f32,
 }
 
-/// What single precision may add to a squared distance, relatively and absolutely, with room to spare.
-const SLACK: (f64, f64) = (1.0 + 1.0 / (1 << 20) as f64, 1e-37);
-
 impl NearestPlace {
-    pub(crate) fn none() -> Self {
-        Self {
-            foot: Foot {
-                squared: f64::INFINITY,
-                u: 0.0,
-                v: 0.0,
-            },
-            prim: u32::MAX,
-            triangle: Triangle([[0.0; 3]; 3]),
-            reach: f32::MAX,
-        }
-    }
+    pub(crate) const NONE: Self = Self {
+        foot: Foot {
+            squared: f64::INFINITY,
+            u: 0.0,
+            v: 0.0,
+        },
+        prim: u32::MAX,
+        triangle: Triangle([[0.0; 3]; 3]),
+    };
 
     /// Looks at one triangle: of equally near ones the first counts.
     pub(crate) fn look(&mut self, triangle: &Triangle, prim: u32, point: &[f32; 3]) {
-        let foot = triangle.nearest(point);
+        self.take(triangle, prim, triangle.nearest(point));
+    }
+
+    /// The same where the nearest place of the triangle is known. True if it is the nearest of all now.
+    #[inline(always)]
+    pub(crate) fn take(&mut self, triangle: &Triangle, prim: u32, foot: Foot) -> bool {
         let is_nearer = foot.squared < self.foot.squared
             || foot.squared == self.foot.squared && prim < self.prim;
         if is_nearer {
-            let reach = (foot.squared * SLACK.0 + SLACK.1) as f32;
             *self = Self {
                 foot,
                 prim,
                 triangle: *triangle,
-                reach: reach.min(f32::MAX),
             };
         }
+        is_nearer
     }
 
-    /// The same triangle for another point: a good guess, as points come in rows and clouds.
-    pub(crate) fn for_another(&self, point: &[f32; 3]) -> Self {
-        let mut known = Self::none();
-        if self.prim != u32::MAX {
-            known.look(&self.triangle, self.prim, point);
-        }
-        known
+    /// Nothing farther than this matters; a little more than it is, for comparisons in single precision.
+    pub(crate) fn reach(&self) -> f32 {
+        const SLACK: f64 = 1.0 + 1.0 / (1 << 20) as f64;
+        ((self.foot.squared.sqrt() * SLACK) as f32).min(f32::MAX)
     }
 
     pub(crate) fn answer(&self) -> Option<Nearest> {
@@ -81,7 +74,7 @@ pub(crate) fn nearest_of_all<P: Primitives>(
     ids: impl Iterator<Item = (usize, u32)>,
     point: &[f32; 3],
 ) -> Option<Nearest> {
-    let mut known = NearestPlace::none();
+    let mut known = NearestPlace::NONE;
     for (place, prim) in ids {
         if let Some(triangle) = prims.triangle(place) {
             known.look(triangle, prim, point);

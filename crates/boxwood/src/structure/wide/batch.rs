@@ -1,6 +1,7 @@
 //! Many rays in flight.
 
 use super::bundle::{self, Bundle};
+use super::every::{Certain, take_all};
 use super::finish::{Finished, evaluate};
 use super::form::Form;
 use super::lanes::{boxes, leaf_test, nearest};
@@ -9,7 +10,7 @@ use super::pending::{Best, Left, Pending, blocks};
 use super::prepare::{Record, prepare};
 use super::ray::{AXES, EdgeLanes, SlabLanes, splat3};
 use super::{STACK, Wide, single};
-use crate::geom::{PreparedRay, Ray};
+use crate::geom::{Candidate, Hit, PreparedRay, Ray};
 use crate::query::NoObserver;
 use crate::simd::prefetch;
 use fearless_simd::{dispatch, f32x8, mask32x8, prelude::*, u32x8};
@@ -41,10 +42,20 @@ struct Slot<const LEN: usize> {
 
 /// Where answers go.
 pub(super) trait Answers {
-    /// True if any hit will do: only whether `Best::prim` is `u32::MAX` matters.
+    /// True if any hit will do, so that nothing shortens a ray: only whether `Best::prim` is `u32::MAX` matters.
     const ANY: bool;
+    /// True if any hit will do but does not end the ray: then the hits are told one by one, and there is no answer to give.
+    const ALL: bool = false;
     /// The answer of a ray.
-    fn give(&mut self, ray: usize, best: Best);
+    fn give(&mut self, _ray: usize, _best: Best) {}
+    /// Of all hits: triangles that are hit for certain.
+    #[inline(always)]
+    fn certain<S: Simd, M: Form>(&mut self, _simd: S, _found: &Certain<'_, M>) {}
+    /// Of all hits: one that the exact test has found.
+    fn decided(&mut self, _ray: usize, _candidate: Candidate, _prim: u32) {}
+    /// Of all hits: there are no more.
+    #[inline(always)]
+    fn end<S: Simd, M: Form>(&mut self, _simd: S, _wide: &Wide<M>, _rays: &[Ray]) {}
 }
 
 impl Record {
@@ -122,7 +133,7 @@ pub(super) fn trace<M: Form, A: Answers>(wide: &Wide<M>, rays: &[Ray], answers: 
     let Some(root) = wide.root else {
         return (0..rays.len()).for_each(|ray| answers.give(ray, Best::none(0.0)));
     };
-    if !wide.level.has_eight_lanes() {
+    if !A::ALL && !wide.level.has_eight_lanes() {
         // Eight lanes of two halves each: keeping rays in flight costs more than it hides.
         return dispatch!(wide.level.0, simd => one_by_one(simd, wide, rays, answers));
     }
@@ -221,7 +232,7 @@ fn run<S: Simd, M: Form, A: Answers, const FETCH: bool, const LEN: usize>(
                     left &= left - 1;
                     let slot = &mut slots[s];
                     if slot.at != DONE {
-                        let at = leaf_step::<S, M, A, FETCH, LEN>(simd, wide, rays, slot);
+                        let at = leaf_step::<S, M, A, FETCH, LEN>(simd, wide, rays, slot, answers);
                         turns.add(s, at);
                     } else {
                         finish::<S, M, A, LEN>(simd, wide, rays, slot, &mut queue, answers);
@@ -234,6 +245,7 @@ fn run<S: Simd, M: Form, A: Answers, const FETCH: bool, const LEN: usize>(
             if queue.count > 0 {
                 flush(simd, wide, rays, &mut queue, answers);
             }
+            answers.end(simd, wide, rays);
         },
     );
 }
@@ -290,13 +302,24 @@ fn leaf_step<S: Simd, M: Form, A: Answers, const FETCH: bool, const LEN: usize>(
     wide: &Wide<M>,
     rays: &[Ray],
     slot: &mut Slot<LEN>,
+    answers: &mut A,
 ) -> u32 {
     let leaf = Ref(slot.at);
     let edges = slot.record.edges(simd, &rays[slot.ray]);
     let (store, ray) = (&wide.store, &rays[slot.ray]);
     let test = leaf_test(simd, store, leaf, &edges);
     if test.candidates != 0 {
-        if A::ANY {
+        if A::ALL {
+            let found = Certain {
+                wide,
+                rays,
+                record: &slot.record,
+                ray: slot.ray,
+                leaf,
+                lanes: 0,
+            };
+            take_all(simd, &test, &edges, found, answers);
+        } else if A::ANY {
             if blocks(simd, store, ray, leaf, &test, &edges, ray.t_max) {
                 slot.pending.best.prim = 0;
                 slot.at = DONE;
@@ -373,7 +396,9 @@ fn finish<S: Simd, M: Form, A: Answers, const LEN: usize>(
             }
         }
     }
-    answers.give(slot.ray, slot.pending.best);
+    if !A::ALL {
+        answers.give(slot.ray, slot.pending.best);
+    }
 }
 
 #[inline(never)]
@@ -419,6 +444,19 @@ pub(super) fn slow<M: Form, A: Answers>(wide: &Wide<M>, ray: &Ray) -> Best {
     }
 }
 
+/// The same for all hits.
+#[cold]
+fn all_slow<M: Form, A: Answers>(wide: &Wide<M>, number: usize, ray: &Ray, answers: &mut A) {
+    let Some(ray) = PreparedRay::new(ray) else {
+        return;
+    };
+    let mut hits = Vec::new();
+    wide.all_walked(&ray, &mut hits, &mut NoObserver);
+    for Hit { t, u, v, prim, .. } in hits {
+        answers.decided(number, Candidate { t, u, v }, prim);
+    }
+}
+
 /// Rays waiting for a slot.
 struct Source<'a> {
     rays: &'a [Ray],
@@ -442,7 +480,9 @@ fn fill<S: Simd, M: Form, A: Answers>(
         || {
             source.ready_next = 0;
             source.ready_count = 0;
-            while let Some(Some(tile)) = source.rays.get(source.next..).map(<[Ray]>::first_chunk) {
+            while !A::ALL
+                && let Some(Some(tile)) = source.rays.get(source.next..).map(<[Ray]>::first_chunk)
+            {
                 if !bundle::trace(simd, wide, &mut source.bundle, tile, source.next, answers) {
                     break;
                 }
@@ -467,6 +507,8 @@ fn fill<S: Simd, M: Form, A: Answers>(
                         source.records[source.ready_count] = records[k];
                         source.ready[source.ready_count] = ray;
                         source.ready_count += 1;
+                    } else if A::ALL {
+                        all_slow(wide, ray, &source.rays[ray], answers);
                     } else {
                         answers.give(ray, slow::<M, A>(wide, &source.rays[ray]));
                     }

@@ -15,12 +15,19 @@ mod bundle;
 #[cfg(feature = "compact")]
 mod compact;
 mod emit;
+mod every;
+#[cfg(feature = "distances")]
+mod feet;
 mod finish;
 mod finish_one;
+#[cfg(feature = "distances")]
+mod foot;
 mod form;
 mod full;
 mod lanes;
 mod layout;
+#[cfg(feature = "lists")]
+mod lists;
 mod meet;
 #[cfg(feature = "distances")]
 mod nearest;
@@ -69,6 +76,9 @@ struct Wide<M> {
     /// Largest coordinate of `bounds`, by size.
     size: f32,
     level: InstructionSet,
+    /// True if a triangle that was split is in more than one leaf.
+    #[cfg(feature = "lists")]
+    has_copies: bool,
     /// Most references that wait in a traversal of this tree.
     stack_need: usize,
     /// True if nodes are to be fetched ahead.
@@ -105,11 +115,26 @@ impl<M: Form> Wide<M> {
             bounds: tree.bounds,
             size: ray::size(&tree.bounds),
             level: options.instructions,
+            #[cfg(feature = "lists")]
+            has_copies: has_copies(&tree.order),
             stack_need: emitted.stack_need,
             fetch: emitted.store.len() > FETCH_FROM,
             store: emitted.store,
         })
     }
+}
+
+/// True if a number comes twice.
+#[cfg(feature = "lists")]
+fn has_copies(order: &[u32]) -> bool {
+    let most = order.iter().max().map_or(0, |most| *most as usize + 1);
+    let mut seen = vec![0_u64; most.div_ceil(64)];
+    order.iter().any(|prim| {
+        let (word, bit) = (&mut seen[*prim as usize / 64], 1 << (prim % 64));
+        let is_second = *word & bit != 0;
+        *word |= bit;
+        is_second
+    })
 }
 
 /// The wide tree that a builder and the collapse make of boxes.

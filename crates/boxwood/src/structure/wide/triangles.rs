@@ -5,6 +5,8 @@ use super::Compact;
 use super::batch::{self, Answers};
 use super::form::Form;
 use super::layout::{MAX_GRANULES, Ref};
+#[cfg(feature = "lists")]
+use super::lists::{Lists, Names, Numbers};
 #[cfg(feature = "distances")]
 use super::nearest::nearest_of_each;
 use super::pending::Best;
@@ -219,7 +221,13 @@ impl<M: Form> Wide<M> {
         self.walked(ray, observer, judge).found
     }
 
-    fn all_walked<O: Observer>(&self, ray: &PreparedRay, hits: &mut Vec<Hit>, observer: &mut O) {
+    /// All hits by the watched walk.
+    pub(super) fn all_walked<O: Observer>(
+        &self,
+        ray: &PreparedRay,
+        hits: &mut Vec<Hit>,
+        observer: &mut O,
+    ) {
         self.walked(
             ray,
             observer,
@@ -317,6 +325,28 @@ impl<M: Form> Query for WideTriangles<M> {
             &rays[..count],
             &mut OccludedEach(&mut occluded[..count]),
         );
+    }
+
+    #[cfg(feature = "lists")]
+    fn list_each(&self, rays: &[Ray], hits: &mut Vec<Hit>, counts: &mut [u32]) {
+        let count = rays.len().min(counts.len());
+        let mut lists = Lists::NEW;
+        batch::trace(&self.0, &rays[..count], &mut lists);
+        lists.give(hits, &mut counts[..count]);
+    }
+
+    #[cfg(feature = "lists")]
+    fn count_each(&self, rays: &[Ray], counts: &mut [u32]) {
+        let count = rays.len().min(counts.len());
+        let (rays, counts) = (&rays[..count], &mut counts[..count]);
+        if self.0.has_copies {
+            let mut names = Names::NEW;
+            batch::trace(&self.0, rays, &mut names);
+            names.give(counts);
+        } else {
+            counts.fill(0);
+            batch::trace(&self.0, rays, &mut Numbers(counts));
+        }
     }
 
     #[cfg(feature = "distances")]
