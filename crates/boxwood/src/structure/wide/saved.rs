@@ -39,13 +39,15 @@ pub(crate) fn opened(
     }
     let mut check = Check::new(&arena, triangles).ok_or(flaw("there is no memory to check it"))?;
     let stack_need = check.tree(around)?;
-    let has_root = check.all_triangles(bytes.len())?;
+    let found = check.all_triangles(bytes.len())?;
     Ok(Box::new(WideTriangles(Wide::<Full> {
-        root: has_root.then(|| Ref::node(0)),
+        root: (found > 0).then(|| Ref::node(0)),
         bounds: around,
         size: ray::size(&around),
         level: options.instructions,
         stack_need,
+        #[cfg(feature = "lists")]
+        has_copies: check.in_leaves > found,
         fetch: arena.len() > super::FETCH_FROM,
         store: Store::new(arena),
     })))
@@ -91,6 +93,8 @@ struct Check<'a> {
     whole: Set,
     /// Those of which leaves' boxes contain parts, since a builder split them.
     parts: Vec<(u32, Aabb)>,
+    /// Triangles of all leaves, one in several of them as many times.
+    in_leaves: usize,
 }
 
 impl<'a> Check<'a> {
@@ -100,6 +104,7 @@ impl<'a> Check<'a> {
             triangles,
             whole: Set::below(triangles.len())?,
             parts: Vec::new(),
+            in_leaves: 0,
         })
     }
 
@@ -225,6 +230,7 @@ impl<'a> Check<'a> {
         if rows[floats..].iter().any(|x| x.to_bits() != 0) {
             return Err(flaw("what is unused is not zero"));
         }
+        self.in_leaves += count;
         let triangles = self.triangles.as_slice();
         for lane in 0..count {
             let prim = rows[9 * count + lane].to_bits();
@@ -253,8 +259,8 @@ impl<'a> Check<'a> {
         self.triangles.is_active(prim as usize).then_some(())
     }
 
-    /// Every triangle that can be hit must be in the tree, all of it. True if there are any.
-    fn all_triangles(&mut self, end: usize) -> Result<bool, Flaw> {
+    /// Every triangle that can be hit must be in the tree, all of it. Gives how many there are.
+    fn all_triangles(&mut self, end: usize) -> Result<usize, Flaw> {
         self.parts.sort_unstable_by_key(|(prim, _)| *prim);
         for parts in self.parts.chunk_by(|a, b| a.0 == b.0) {
             let prim = parts[0].0;
@@ -263,16 +269,16 @@ impl<'a> Check<'a> {
                 self.whole.insert(prim);
             }
         }
-        let mut has_any = false;
+        let mut found = 0;
         for prim in 0..self.triangles.len() {
             let is_whole = self.whole.contains(prim as u32);
-            has_any |= is_whole;
+            found += usize::from(is_whole);
             if !is_whole && self.triangles.is_active(prim) {
                 let cause = "a triangle is missing in the tree";
                 return Err(Flaw { byte: end, cause });
             }
         }
-        Ok(has_any)
+        Ok(found)
     }
 }
 
