@@ -34,24 +34,26 @@ class Scene:
         self._quality = quality
         self._threads = _threads(threads)
         self._meshes = []
+        self._looks = {}
         self._native = None
+        self._studio = None
         self._origin = np.zeros(3)
         self._lock = threading.Lock()
 
     @classmethod
     def load(cls, path, **options):
-        """A scene of the file at `path`: OBJ, PLY, STL, glTF, GLB, or ``builtin:bush``.
+        """A scene of the file at `path`: OBJ, PLY, STL, glTF, GLB, or ``builtin:bush``. :meth:`render` shows its materials.
 
         Warnings of the reader are given as :class:`UserWarning`.
         """
         import os
         import warnings
 
-        positions, indices, told = load(os.fspath(path))
+        positions, indices, looks, told = load(os.fspath(path))
         for text in told:
             warnings.warn(text, stacklevel=2)
         scene = cls(**options)
-        scene.add_triangles(positions, indices)
+        scene._looks[scene.add_triangles(positions, indices)] = looks
         return scene
 
     def add_triangles(self, vertex_positions, triangle_indices=None):
@@ -204,6 +206,90 @@ class Scene:
         origin = np.broadcast_to(-turn @ extrinsic[:3, 3], directions.shape)
         return np.concatenate([origin, directions], axis=-1).astype(np.float32)
 
+    def render(
+        self,
+        size=(960, 540),
+        *,
+        eye=None,
+        target=None,
+        up=None,
+        fov_deg=None,
+        shading="whitted",
+        samples=None,
+        seed=0,
+        crop=None,
+        max_depth=8,
+        lights=(),
+        sky=None,
+        floor=True,
+        exposure=None,
+        top=None,
+        log=False,
+        threads=None,
+    ):
+        """A picture of the scene.
+
+        A scene that was loaded from a file shows its materials, textures and lights; meshes that were added are plain grey.
+        Pictures are the same, bit for bit, for any number of threads and on every machine. Ctrl-C ends the work within a moment.
+
+        Parameters
+        ----------
+        size : (int, int)
+            Width and height in pixels, each up to 65,535.
+        eye, target, up : array (3,)
+            Where the camera stands, where it looks, and what is up in the picture. What is not said comes from the first camera
+            of the file, or else is chosen such that the scene is seen well; :attr:`Picture.camera` tells.
+        fov_deg : float
+            Vertical field of view in degrees, above 0 and below 180.
+        shading : str
+            A name of :data:`boxwood.SHADINGS`: ``whitted`` (daylight, mirrors, shadows), ``path``, ``ao``, ``eyelight``,
+            ``normal``, ``depth``, ``heat-tests`` and others.
+        samples : int
+            Per pixel; usually as many as the shading needs.
+        seed : int
+            Another seed gives another noise.
+        crop : (int, int, int, int)
+            Only this part: left, top, width and height in pixels. They are the same, bit for bit, as in the whole picture; for
+            ``depth`` and ``heat-*`` the colour scale is that of the part (give ``top``, which ends the scale of ``heat-*``).
+        max_depth : int
+            Most bounces of light.
+        lights : sequence of (x, y, z) or (x, y, z, power)
+            Lamps; power 1 lights the middle of the scene as the sun does.
+        sky : float
+            Strength of sun and sky, 0 is night. Usually 1, but 0 in rooms with lights of their own.
+        floor : bool
+            Whether an object that is seen from outside by daylight stands on a floor.
+        exposure : float
+            In stops, 0 is neutral. Usually neutral by daylight, measured in rooms.
+        top : float
+            The number at the bright end of ``heat-*`` and ``depth``; usually from the picture.
+        log : bool
+            Whether those are coloured by the logarithm.
+
+        Raises
+        ------
+        ValueError
+            If there is nothing to show, or a number makes no sense.
+        """
+        wish = {
+            "shading": shading,
+            "samples": samples,
+            "seed": seed,
+            "crop": crop,
+            "max_depth": max_depth,
+            "lights": lights,
+            "sky": sky,
+            "floor": floor,
+            "exposure": exposure,
+            "top": top,
+            "log": log,
+        }
+        return self._staged().render(size, (eye, target, up, fov_deg), wish, self._count(threads))
+
+    def _repr_png_(self):
+        """What a notebook shows: a small picture; nothing where there is nothing to show."""
+        return self.render((640, 360)).png() if any(len(triangles) for _, triangles in self._meshes) else None
+
     def explain(self, ray):
         """How one ray (6,) finds its answer: every box and triangle looked at, as text."""
         native = self._built()
@@ -222,11 +308,12 @@ class Scene:
         return np.array(self._built().bounds(), np.float64) + self._origin
 
     def __getstate__(self):
-        return {"quality": self._quality, "threads": self._threads, "meshes": self._meshes}
+        return {"quality": self._quality, "threads": self._threads, "meshes": self._meshes, "looks": self._looks}
 
     def __setstate__(self, state):
         self.__init__(quality=state["quality"], threads=state["threads"])
         self._meshes = state["meshes"]
+        self._looks = state["looks"]
 
     def __repr__(self):
         triangles = sum(len(triangles) for _, triangles in self._meshes)
@@ -242,6 +329,20 @@ class Scene:
                 meshes = [(single(vertices, self._origin), triangles) for vertices, triangles in self._meshes]
                 self._native = NativeScene(meshes, self._quality, self._threads)
             return self._native
+
+    def _staged(self):
+        """What pictures are made of, kept for the next one."""
+        from .studio import Studio
+
+        while True:
+            native = self._built()
+            with self._lock:
+                # Another thread may have added a mesh in between.
+                if self._native is not native:
+                    continue
+                if self._studio is None or self._studio.native_scene is not native:
+                    self._studio = Studio(native, self._meshes, self._looks, self._origin, self._threads)
+                return self._studio
 
     def _rays(self, rays):
         flat, shape = leading(rays, 6, "rays")

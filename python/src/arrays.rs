@@ -1,7 +1,7 @@
 //! Arrays in and out.
 
-use numpy::ndarray::{Array1, Array2};
-use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArray2, PyUntypedArrayMethods};
+use numpy::ndarray::{Array1, Array2, Array3};
+use numpy::{IntoPyArray, PyArray1, PyArray2, PyArray3, PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
@@ -34,6 +34,17 @@ pub(crate) fn table<T: numpy::Element, const N: usize>(
 ) -> PyResult<Bound<'_, PyArray2<T>>> {
     let count = rows.len();
     let array = Array2::from_shape_vec((count, N), rows.into_flattened())
+        .map_err(|error| PyValueError::new_err(error.to_string()))?;
+    Ok(array.into_pyarray(py))
+}
+
+/// Pixels as an array (height, width, channels), without a copy.
+pub(crate) fn array3<T: numpy::Element, const N: usize>(
+    py: Python<'_>,
+    pixels: Vec<[T; N]>,
+    [height, width]: [usize; 2],
+) -> PyResult<Bound<'_, PyArray3<T>>> {
+    let array = Array3::from_shape_vec((height, width, N), pixels.into_flattened())
         .map_err(|error| PyValueError::new_err(error.to_string()))?;
     Ok(array.into_pyarray(py))
 }

@@ -1,9 +1,11 @@
-//! Boxwood for Python: what `boxwood/scene.py` calls.
+//! Boxwood for Python: what the modules of `boxwood` call.
 //!
 //! Everything comes as contiguous arrays of one type, which `arrays.py` makes of whatever a user has. They are copied while the
 //! interpreter is held, since any thread could change them later; then it is let go while Boxwood works.
 
 mod arrays;
+mod looks;
+mod picture;
 mod pool;
 mod scene;
 
@@ -12,6 +14,10 @@ use pyo3::prelude::*;
 #[pymodule]
 fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+    module.add("SHADINGS", picture::shadings())?;
     module.add_class::<scene::NativeScene>()?;
-    module.add_function(wrap_pyfunction!(scene::load, module)?)
+    module.add_class::<looks::NativeLooks>()?;
+    module.add_class::<picture::NativeStudio>()?;
+    module.add_class::<picture::NativePicture>()?;
+    module.add_function(wrap_pyfunction!(looks::load, module)?)
 }

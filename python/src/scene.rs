@@ -5,7 +5,7 @@ use crate::pool::on_threads;
 use boxwood::build::PRESETS;
 use boxwood::{Hit, Nearest, Ray, Scene};
 use numpy::{PyArray1, PyArray2, PyReadonlyArray2};
-use pyo3::exceptions::{PyOSError, PyValueError};
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 /// What does not exist: Open3D's number for it.
@@ -13,13 +13,10 @@ const NOTHING: u32 = u32::MAX;
 
 /// Built once; every question leaves it as it is.
 #[pyclass(frozen, name = "NativeScene", module = "boxwood._native")]
-pub(crate) struct NativeScene(Scene);
+pub(crate) struct NativeScene(pub(crate) Scene);
 
 type Column<'py, T> = Bound<'py, PyArray1<T>>;
 type Table<'py, T> = Bound<'py, PyArray2<T>>;
-
-/// Positions, triangles and warnings.
-type Loaded<'py> = (Table<'py, f32>, Table<'py, u32>, Vec<String>);
 
 /// The answers to closest hits: t, geometry, primitive, weights, normal.
 type Cast<'py> = (
@@ -315,20 +312,4 @@ fn rays_of(array: &PyReadonlyArray2<'_, f32>, near: f32, far: f32) -> PyResult<V
         t_max: far,
     };
     Ok(rows.into_iter().map(ray).collect())
-}
-
-/// Positions and triangles of a file, instances multiplied out, and what was tolerated.
-#[pyfunction]
-pub(crate) fn load<'py>(py: Python<'py>, path: &str) -> PyResult<Loaded<'py>> {
-    let (mesh, warnings) = py
-        .detach(|| {
-            let model = boxwood_scene::open(path)?;
-            Ok((model.flatten()?, model.warnings))
-        })
-        .map_err(|error: boxwood_scene::LoadError| PyOSError::new_err(error.to_string()))?;
-    Ok((
-        table(py, mesh.positions)?,
-        table(py, mesh.indices)?,
-        warnings,
-    ))
 }
