@@ -1,8 +1,9 @@
 //! Arrays in and out.
 
+use bytemuck::Zeroable;
 use numpy::ndarray::{Array1, Array2, Array3};
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArray3, PyReadonlyArray2, PyUntypedArrayMethods};
-use pyo3::exceptions::PyValueError;
+use pyo3::exceptions::{PyMemoryError, PyValueError};
 use pyo3::prelude::*;
 
 /// A copy of the rows of an array of `N` columns.
@@ -20,6 +21,25 @@ pub(crate) fn rows<T: numpy::Element + Copy + Default, const N: usize>(
         .as_slice()
         .map_err(|_| PyValueError::new_err(format!("{what} must be contiguous")))?;
     Ok(slice.as_chunks::<N>().0.to_vec())
+}
+
+/// Room for so many, if the system has it; in the memory of what is spare.
+pub(crate) fn room<T>(mut spare: Vec<T>, count: usize) -> PyResult<Vec<T>> {
+    spare.clear();
+    spare
+        .try_reserve_exact(count)
+        .map_err(|_| no_memory::<T>(count))?;
+    Ok(spare)
+}
+
+/// So many zeros, which the system lays out only where they are touched.
+pub(crate) fn zeroed<T: Zeroable>(count: usize) -> PyResult<Vec<T>> {
+    bytemuck::try_zeroed_vec(count).map_err(|()| no_memory::<T>(count))
+}
+
+fn no_memory<T>(count: usize) -> PyErr {
+    let bytes = count.saturating_mul(size_of::<T>());
+    PyMemoryError::new_err(format!("no {bytes} bytes of memory for {count} answers"))
 }
 
 /// A vector as an array, without a copy.

@@ -4,9 +4,12 @@
 //! interpreter is held, since any thread could change them later; then it is let go while Boxwood works.
 
 mod arrays;
+mod ask;
+mod float_mode;
 mod looks;
 mod picture;
 mod pool;
+mod rays;
 mod scene;
 
 use pyo3::prelude::*;

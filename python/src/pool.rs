@@ -1,5 +1,6 @@
 //! Threads: a pool for each number that was asked for, and for each process, as a fork leaves a pool without its threads.
 
+use crate::float_mode::Usual;
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
@@ -18,11 +19,6 @@ static POOLS: Mutex<Option<Pools>> = Mutex::new(None);
 
 /// How often a call looks whether the user wants to end it.
 const LOOK: Duration = Duration::from_millis(50);
-
-/// Runs `work` on so many threads; 0: as many as the machine has.
-pub(crate) fn on_threads<T: Send>(threads: usize, work: impl FnOnce() -> T + Send) -> PyResult<T> {
-    Ok(pool(threads)?.install(work))
-}
 
 /// Lets the interpreter go and runs `work` on so many threads. Ctrl-C sets the flag, after which `work` should end soon; its
 /// answer is then dropped and the interrupt raised.
@@ -81,6 +77,8 @@ fn pool(threads: usize) -> PyResult<Arc<ThreadPool>> {
     let pool = ThreadPoolBuilder::new()
         .num_threads(threads)
         .thread_name(|number| format!("boxwood-{number}"))
+        // Threads inherit the mode of the one that makes them.
+        .start_handler(|_| std::mem::forget(Usual::enter()))
         .build()
         .map_err(|error| PyRuntimeError::new_err(format!("no {threads} threads: {error}")))?;
     let pool = Arc::new(pool);
