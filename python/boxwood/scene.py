@@ -16,6 +16,7 @@ from ._native import NativeLooks, NativeScene, load
 from .arrays import INVALID_ID, Out, is_single, leading, limit_of, single, threads_of, triangles_of, vertices_of
 from .blend import blend
 from .camera import pinhole
+from .notes import Faces, faces_in, looks_in, meshes_in, notes_of, origin_in, quality_in
 from .picture import Picture
 from .studio import Studio
 
@@ -53,6 +54,7 @@ class Scene:
         self._looks: dict[int, NativeLooks] = {}
         self._ready: tuple[NativeScene, NDArray[np.float64]] | None = None
         self._studio: Studio | None = None
+        self._is_opened = False
         self._lock = threading.Lock()
         _SCENES.add(self)
 
@@ -68,6 +70,57 @@ class Scene:
         scene = cls(**options)
         scene._looks[scene.add_triangles(positions, indices)] = looks
         return scene
+
+    @classmethod
+    def open(cls, path: str | os.PathLike[str], *, map: bool = True, threads: int = 0) -> Scene:
+        """A scene that :meth:`save` wrote, without a build.
+
+        It answers bit for bit like the one that was saved, has its :attr:`origin`, and makes the same pictures. All of the file
+        is checked first; one that is damaged, or no scene, is a :class:`ValueError`.
+
+        Parameters
+        ----------
+        path : str or path
+        map : bool
+            True: the file becomes memory, which all processes of this machine that open it share. It must not be written to or
+            cut short while the scene is there: that would end the process. Replacing it, as :meth:`save` does, is no harm.
+            False: it is copied, for files that others may write to.
+        threads : int
+            For opening, and for questions that do not say; 0: as many as the machine has.
+        """
+        return cls._of(NativeScene.open(os.fsdecode(path), bool(map), threads_of(threads)), threads)
+
+    @classmethod
+    def from_buffer(cls, buffer: Any, *, threads: int = 0) -> Scene:
+        """The scene in the bytes of a file, as :meth:`open`.
+
+        ``bytes`` that begin at a multiple of 64 are read in place; anything else (an array, a memory map, shared memory), which
+        somebody might change, is copied.
+        """
+        count = threads_of(threads)
+        if type(buffer) is bytes:
+            return cls._of(NativeScene.of_bytes(buffer, count), threads)
+        return cls._of(NativeScene.of_array(np.frombuffer(buffer, np.uint8), count), threads)
+
+    @classmethod
+    def _of(cls, native: NativeScene, threads: int) -> Scene:
+        """A scene that is opened already."""
+        scene = cls(quality=quality_in(native), threads=threads)
+        scene._ready, scene._is_opened = (native, origin_in(native)), True
+        return scene
+
+    def save(self, path: str | os.PathLike[str]) -> str:
+        """Writes the scene to the file `path`, which :meth:`open` opens without a build, and returns its :attr:`content_hash`.
+
+        The file has some 130 bytes for each triangle, and the textures. It is written beside `path` and renamed there, so that no
+        reader ever sees a half.
+        """
+        return self._built()[0].save(os.fsdecode(path), self._threads)
+
+    @property
+    def content_hash(self) -> str:
+        """What :meth:`save` returns: 64 hexadecimal digits, the same for the same scene on every machine."""
+        return self._built()[0].content_hash(self._threads)
 
     def add_triangles(self, vertex_positions: ArrayLike, triangle_indices: ArrayLike | None = None) -> int:
         """Adds a mesh and returns its geometry id.
@@ -86,6 +139,8 @@ class Scene:
         vertices = vertices_of(vertex_positions)
         triangles = triangles_of(triangle_indices, len(vertices))
         with self._lock:
+            if self._is_opened:
+                raise ValueError("a scene from a file is complete: make a new Scene of all meshes")
             self._meshes = [*self._meshes, (vertices, triangles)]
             self._ready = None
             return len(self._meshes) - 1
@@ -147,7 +202,7 @@ class Scene:
         found = dict(zip(kinds, native.cast(flat, origin, near, far, count)))
         answer = {name: array.reshape(kinds[name][1]) for name, array in found.items()}
         for name, values in (interpolate or {}).items():
-            blended = blend(values, self._meshes, found)
+            blended = blend(values, self._faces(), found)
             answer[name] = blended.reshape(*shape, *blended.shape[1:])
         return given.fill(answer)
 
@@ -393,7 +448,7 @@ class Scene:
 
     def _repr_png_(self) -> bytes | None:
         """What a notebook shows: a small picture; nothing where there is nothing to show."""
-        return self.render((640, 360)).png() if any(len(triangles) for _, triangles in self._meshes) else None
+        return self.render((640, 360)).png() if any(len(triangles) for _, triangles in self._faces()) else None
 
     def explain(self, ray: ArrayLike) -> str:
         """How one ray (6,) finds its answer: every box and triangle looked at, as text."""
@@ -418,17 +473,25 @@ class Scene:
         return np.array(native.bounds(), np.float64) + origin
 
     def __getstate__(self) -> dict[str, Any]:
-        return {"quality": self._quality, "threads": self._threads, "meshes": self._meshes, "looks": self._looks}
+        state: dict[str, Any] = {"quality": self._quality, "threads": self._threads}
+        if self._is_opened:
+            return {**state, "file": self._built()[0].to_bytes(self._threads)}
+        # Smaller than the file, and soon built.
+        return {**state, "meshes": self._meshes, "looks": self._looks}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         # Of a class that is derived with a constructor of its own, too.
         Scene.__init__(self, quality=state["quality"], threads=state["threads"])
-        self._meshes = state["meshes"]
-        self._looks = state["looks"]
+        if "file" in state:
+            opened = Scene.from_buffer(state["file"], threads=state["threads"])
+            self._ready, self._is_opened = opened._ready, True
+        else:
+            self._meshes = state["meshes"]
+            self._looks = state["looks"]
 
     def __repr__(self) -> str:
-        triangles = sum(len(triangles) for _, triangles in self._meshes)
-        return f"<boxwood.Scene: {len(self._meshes)} meshes, {triangles:,} triangles>"
+        lengths = self._built()[0].mesh_lengths() if self._is_opened else [len(triangles) for _, triangles in self._meshes]
+        return f"<boxwood.Scene: {len(lengths)} meshes, {sum(lengths):,} triangles>"
 
     def _built(self) -> tuple[NativeScene, NDArray[np.float64]]:
         """What answers, and what it wants to be subtracted: of one build, whatever other threads add meanwhile."""
@@ -439,7 +502,8 @@ class Scene:
             if self._ready is None:
                 origin = _origin_of([vertices for vertices, _ in self._meshes])
                 meshes = [(single(vertices, origin), triangles) for vertices, triangles in self._meshes]
-                self._ready = NativeScene(meshes, self._quality, self._threads), origin
+                notes = notes_of(self._quality, origin, self._meshes, self._looks)
+                self._ready = NativeScene(meshes, self._quality, self._threads, notes), origin
             return self._ready
 
     def _staged(self) -> Studio:
@@ -451,8 +515,21 @@ class Scene:
                 if self._ready is None or self._ready[0] is not native:
                     continue
                 if self._studio is None or self._studio.native_scene is not native:
-                    self._studio = Studio(native, self._meshes, self._looks, origin, self._threads)
+                    self._studio = Studio(native, *self._parts(), origin, self._threads)
                 return self._studio
+
+    def _parts(self) -> tuple[list[tuple[NDArray[np.float32], NDArray[np.uint32]]], dict[int, NativeLooks]]:
+        """The meshes, the origin subtracted, and what they look like."""
+        if self._ready is not None and self._is_opened:
+            return meshes_in(self._ready[0]), looks_in(self._ready[0])
+        origin = np.zeros(3) if self._ready is None else self._ready[1]
+        return [(single(vertices, origin), triangles) for vertices, triangles in self._meshes], self._looks
+
+    def _faces(self) -> list[Faces]:
+        """Number of vertices and triangles of each mesh."""
+        if self._is_opened:
+            return faces_in(self._built()[0])
+        return [(len(vertices), triangles) for vertices, triangles in self._meshes]
 
     def _count(self, nthreads: Any, threads: Any = None) -> int:
         if nthreads is not None and threads is not None and nthreads != threads:

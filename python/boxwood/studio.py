@@ -9,7 +9,6 @@ import numpy as np
 
 from ._native import SHADINGS as _SHADINGS
 from ._native import NativeStudio
-from .arrays import single
 from .picture import Picture
 
 if TYPE_CHECKING:
@@ -24,12 +23,12 @@ SHADINGS: dict[str, str] = dict(_SHADINGS)
 
 
 class Studio:
-    """The meshes of a scene as the renderer wants them: one mesh, with looks."""
+    """The meshes of a scene, moved by `-origin`, as the renderer wants them: one mesh, with looks."""
 
     def __init__(
         self,
         native: NativeScene,
-        meshes: Sequence[tuple[NDArray[Any], NDArray[np.uint32]]],
+        meshes: Sequence[tuple[NDArray[np.float32], NDArray[np.uint32]]],
         looks: dict[int, NativeLooks],
         origin: NDArray[np.float64],
         threads: int,
@@ -39,7 +38,7 @@ class Studio:
         counts = [len(triangles) for _, triangles in meshes]
         self._empty = not sum(counts)
         self._starts = np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
-        parts = [(single(vertices, origin), triangles, looks.get(number)) for number, (vertices, triangles) in enumerate(meshes)]
+        parts = [(vertices, triangles, looks.get(number)) for number, (vertices, triangles) in enumerate(meshes)]
         self._native = NativeStudio(native, parts, (origin[0], origin[1], origin[2]), threads)
 
     def render(self, size: Any, place: tuple[Any, Any, Any, Any], wish: dict[str, Any], threads: int) -> Picture:

@@ -5,6 +5,7 @@
 
 mod arrays;
 mod ask;
+mod file;
 mod float_mode;
 mod looks;
 mod picture;

@@ -32,13 +32,14 @@ type Listed<'py> = (
 
 #[pymethods]
 impl NativeScene {
-    /// Builds over meshes of `(V, 3)` positions and `(F, 3)` triangles.
+    /// Builds over meshes of `(V, 3)` positions and `(F, 3)` triangles, with notes for its file.
     #[new]
     fn new(
         py: Python<'_>,
         meshes: Vec<(PyReadonlyArray2<'_, f32>, PyReadonlyArray2<'_, u32>)>,
         preset: &str,
         threads: usize,
+        notes: Vec<(String, Vec<u8>)>,
     ) -> PyResult<Self> {
         let options = PRESETS
             .iter()
@@ -68,9 +69,11 @@ impl NativeScene {
             let builder = copies.iter().fold(Scene::builder(), mesh);
             builder.options(options).build()
         })?;
-        built
-            .map(Self)
-            .map_err(|error| PyValueError::new_err(error.to_string()))
+        let scene = built.map_err(|error| PyValueError::new_err(error.to_string()))?;
+        let noted = notes.into_iter().fold(scene, |scene, (name, content)| {
+            scene.with_note(&name, content)
+        });
+        Ok(Self(noted))
     }
 
     /// The closest hit of each ray.

@@ -161,3 +161,34 @@ def test_ctrl_c_ends_a_long_picture():
     out, _ = process.communicate(timeout=30)
     assert out == "ended\n"
     assert time.monotonic() - begun < 5
+
+
+def test_a_saved_scene_makes_the_pictures_it_was_saved_from(tmp_path):
+    loaded = boxwood.Scene.load("builtin:cornell")
+    loaded.add_triangles([[0, 0, 0], [1, 0, 0], [0, 1, 0], [9, 9, 9]], [[0, 1, 2]])
+    loaded.save(tmp_path / "scene.bwx")
+    opened = boxwood.Scene.open(tmp_path / "scene.bwx")
+    for shading in ("whitted", "path", "part"):
+        assert np.array_equal(opened.render((60, 40), shading=shading).pixels, loaded.render((60, 40), shading=shading).pixels), shading
+
+
+def test_a_file_that_counts_vertices_it_does_not_have_takes_no_memory(tmp_path):
+    from boxwood._native import NativeScene
+
+    positions, triangles = np.eye(3, dtype=np.float32), np.array([[0, 1, 2]], np.uint32)
+    notes = [("vertices", (2**40).to_bytes(8, "little")), ("indices", np.array([7, 2**31, 2**32 - 1], "<u4").tobytes())]
+    NativeScene([(positions, triangles)], "default", 1, notes).save(str(tmp_path / "scene.bwx"), 1)
+    picture = boxwood.Scene.open(tmp_path / "scene.bwx").render((8, 8), eye=[3, 3, 3], target=[0, 0, 0])
+    assert picture.primitive_ids[4, 4] == 0
+
+
+def test_a_file_without_notes_makes_plain_pictures(tmp_path):
+    from boxwood._native import NativeScene
+
+    bush = boxwood.Scene.load("builtin:bush")
+    positions, triangles = bush._meshes[0]
+    NativeScene([(positions, triangles)], "default", 1, []).save(str(tmp_path / "scene.bwx"), 1)
+    plain = boxwood.Scene()
+    plain.add_triangles(positions, triangles)
+    opened = boxwood.Scene.open(tmp_path / "scene.bwx")
+    assert np.array_equal(opened.render((60, 40)).pixels, plain.render((60, 40)).pixels)

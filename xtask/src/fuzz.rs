@@ -3,7 +3,7 @@
 use crate::shell::{command, exists, root, step, target};
 use anyhow::{Context, Result};
 
-const TARGETS: &[&str] = &["obj", "ply", "stl", "gltf"];
+const TARGETS: &[&str] = &["obj", "ply", "stl", "gltf", "bwx"];
 const TRIPLE: &str = "x86_64-unknown-linux-gnu";
 
 /// Coverage counters for every crate but the build scripts, which `--target` spares.
@@ -52,7 +52,7 @@ pub(crate) fn run(args: &[String]) -> Result<()> {
                 "-timeout=2",
                 "-rss_limit_mb=512",
                 "-malloc_limit_mb=128",
-                "-max_len=4096",
+                "-max_len=8192",
             ])
             .args(["-verbosity=0", "-print_final_stats=1"]);
         step(&format!("fuzz {format}"), fuzz)?;

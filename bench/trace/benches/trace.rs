@@ -52,7 +52,7 @@ fn trace_and_build(c: &mut Criterion) {
 fn traits_and_hand(c: &mut Criterion) {
     let rays = rays();
     for case in cases() {
-        let triangles = Triangles(case.triangles);
+        let triangles = Triangles::new(case.triangles);
         let indexed = Indexed::<Bvh2<Aabb>, _>::new(&triangles, &BuildOptions::default())
             .expect("a soup can be built");
         let through_traits = || {

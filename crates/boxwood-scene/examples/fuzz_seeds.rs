@@ -11,7 +11,11 @@ fn main() -> io::Result<()> {
     let folder = env::args_os()
         .nth(1)
         .ok_or_else(|| io::Error::other("usage: fuzz_seeds FOLDER"))?;
-    for (i, (format, bytes)) in seeds::seeds().into_iter().enumerate() {
+    for (i, (format, bytes)) in seeds::seeds()
+        .into_iter()
+        .chain(seeds::sealed_seeds())
+        .enumerate()
+    {
         let corpus = Path::new(&folder).join(format);
         fs::create_dir_all(&corpus)?;
         fs::write(corpus.join(i.to_string()), bytes)?;

@@ -13,7 +13,7 @@
 //! place and cause. No function here panics on data, prints, or reads a file that the user did not name, or that does
 //! not lie beside the named one.
 //!
-//! The feature `files` (usual) reads files; without it there are the built-in scenes. The feature `serde` gives a [`Model`] the
+//! The feature `files` (usual) reads files, `saved` (usual) Boxwood's own saved scenes; without them there are the built-in scenes. The feature `serde` gives a [`Model`] the
 //! traits of that crate.
 #![forbid(unsafe_code)]
 
@@ -39,6 +39,8 @@ pub use door::{Door, Limits};
 pub use error::{LoadError, Place};
 pub use flatten::Bounds;
 pub use fold::Folded;
+#[cfg(feature = "saved")]
+pub use format::with_vertices;
 #[cfg(feature = "files")]
 pub use format::{FORMATS, Format, load, load_bytes, load_with, open};
 pub use model::{Camera, FlatMesh, Instance, Material, Mesh, Model, Texture};

@@ -17,7 +17,7 @@ pub fn hits_hash(scene: &Scene, count: u64, seed: u64) -> String {
     let Geometry::Triangles(triangles) = scene.geometry() else {
         return hex(START);
     };
-    let rays = Rays::new(&triangles.0, Aim::Mixed, seed);
+    let rays = Rays::new(triangles.as_slice(), Aim::Mixed, seed);
     let (mut asked, mut hits) = (Vec::new(), Vec::new());
     let mut hash = START;
     for start in (0..count).step_by(SLICE as usize) {

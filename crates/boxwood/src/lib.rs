@@ -32,7 +32,8 @@
 //!
 //! All on by default, and none changes an answer. `rayon`: builds and slices of rays on all threads of the caller's pool.
 //! `shapes`: structures over spheres, shapes of your own and instances; `volumes`: trees of spheres and of oriented boxes.
-//! Without these two a program holds little more than triangles in axis-aligned boxes, and is about half a megabyte smaller.
+//! `file`: scenes saved, and opened again without a build ([`Scene::save`]).
+//! Without `shapes` and `volumes` a program holds little more than triangles in axis-aligned boxes, and is about half a megabyte smaller.
 #![cfg_attr(
     not(feature = "shapes"),
     allow(
@@ -52,6 +53,8 @@ pub mod structure;
 pub mod volume;
 
 mod error;
+#[cfg(feature = "file")]
+mod file;
 mod observe;
 mod scene;
 mod simd;
@@ -64,10 +67,14 @@ pub use build::{
     AxisRule, BUILDERS, BuildOptions, BuildStep, BuildWalk, Builder, PRESETS, Preset, Progress,
 };
 pub use error::BuildError;
+#[cfg(feature = "file")]
+pub use file::{AlignedBytes, FileCause, FileError};
 #[cfg(feature = "distances")]
 pub use geom::Nearest;
 pub use geom::{Aabb, Affine, Hit, Interval, Obb, Ray, Sphere, Transform, Triangle};
 pub use query::{Counts, Query, Step, Walk};
+#[cfg(feature = "file")]
+pub use scene::ContentHash;
 pub use scene::{Census, Instance, Placed, Scene, SceneBuilder};
 pub use simd::InstructionSet;
 pub use stats::Stats;

@@ -5,9 +5,15 @@ mod change;
 mod instance;
 #[cfg(feature = "distances")]
 mod nearest;
+#[cfg(feature = "file")]
+mod notes;
 
 pub use census::Census;
 pub use instance::{Instance, Placed};
+#[cfg(feature = "file")]
+pub use notes::ContentHash;
+#[cfg(feature = "file")]
+pub(crate) use notes::Notes;
 
 use crate::build::{BuildOptions, BuildWalk};
 use crate::error::BuildError;
@@ -42,6 +48,8 @@ pub struct Scene {
     is_refitted: bool,
     skipped: usize,
     bounds: Aabb,
+    #[cfg(feature = "file")]
+    notes: Notes,
 }
 
 /// Largest number of primitives: a tree has up to twice as many nodes, which 32 bits number.
@@ -193,6 +201,11 @@ impl Scene {
         self.triangle_in_scene(number as u32)
     }
 
+    /// How many triangles a mesh has; `None` if there is no such mesh.
+    pub fn mesh_len(&self, geom: u32) -> Option<usize> {
+        self.range(geom).map(|range| range.len())
+    }
+
     /// The numbers in the scene of the primitives of a mesh.
     fn range(&self, geom: u32) -> Option<Range<usize>> {
         let start = *self.starts.get(geom as usize)? as usize;
@@ -205,7 +218,7 @@ impl Scene {
         let Geometry::Triangles(triangles) = &self.geometry else {
             return None;
         };
-        triangles.0.get(number as usize).copied()
+        triangles.as_slice().get(number as usize).copied()
     }
 
     /// Not unit; its length is twice the triangle's area. `None` as for [`Scene::triangle`]. On an instance it is turned into
@@ -304,7 +317,15 @@ impl Scene {
             is_refitted: false,
             skipped,
             bounds,
+            #[cfg(feature = "file")]
+            notes: Notes::default(),
         })
+    }
+
+    /// First primitive of each mesh.
+    #[cfg(feature = "file")]
+    pub(crate) fn starts(&self) -> &[u32] {
+        &self.starts
     }
 
     /// From a number in the scene to mesh and number in the mesh.
@@ -458,7 +479,10 @@ impl SceneBuilder {
         let (geometry, starts) = match self.others {
             Some(others) => (others, vec![0]),
             None if nesting > 0 => (Geometry::Instances(geometry_of(&self.instances)), vec![0]),
-            None => (Geometry::Triangles(Triangles(self.triangles)), self.starts),
+            None => (
+                Geometry::Triangles(Triangles::new(self.triangles)),
+                self.starts,
+            ),
         };
         Ok(Scene {
             instances: self.instances,

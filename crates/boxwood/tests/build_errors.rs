@@ -67,7 +67,7 @@ fn triangles(count: usize) -> Triangles {
         };
         Triangle([a, b, c])
     };
-    Triangles((0..count).map(triangle).collect())
+    Triangles::new((0..count).map(triangle).collect())
 }
 
 #[test]

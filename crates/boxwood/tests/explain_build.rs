@@ -11,7 +11,7 @@ use std::collections::HashMap;
 use std::ops::Range;
 
 fn boxes(prims: &Triangles) -> Vec<Aabb> {
-    let bounds = prims.0.iter().map(boxwood::Triangle::bounds);
+    let bounds = prims.as_slice().iter().map(boxwood::Triangle::bounds);
     bounds
         .map(|b| if b.is_in_domain() { b } else { Aabb::EMPTY })
         .collect()
@@ -29,7 +29,7 @@ fn explained(
     options: &BuildOptions,
     rule: Option<LeafRule>,
 ) -> (BuildWalk, Vec<Aabb>) {
-    let prims = Triangles(triangles(mesh));
+    let prims = Triangles::new(triangles(mesh));
     let boxes = boxes(&prims);
     let input = BuildInput::new(&prims, &boxes);
     let input = rule.map_or(input, |rule| input.with_leaves(rule));

@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 
 /// Modules of the core, lowest first. A module may import from those before it and from itself.
 const LAYERS: &[&str] = &[
-    "simd",
     "geom",
+    "simd",
     "observe",
     "lecture",
     "error",
@@ -18,6 +18,7 @@ const LAYERS: &[&str] = &[
     "tables",
     "stats",
     "scene",
+    "file",
     "check",
 ];
 
@@ -152,7 +153,7 @@ fn crates_depend_only_downwards() {
 }
 
 #[test]
-fn the_core_reads_no_clock_opens_no_file_and_prints_nothing() {
+fn the_core_reads_no_clock_prints_nothing_and_opens_no_file_but_saved_scenes() {
     let mut files = Vec::new();
     sources(
         &Path::new(env!("CARGO_MANIFEST_DIR")).join("src"),
@@ -168,6 +169,12 @@ fn the_core_reads_no_clock_opens_no_file_and_prints_nothing() {
             "std::process",
             "static mut",
         ] {
+            // Where the user's own file is opened and becomes memory.
+            let is_file = ["file/mod.rs", "simd/map.rs"];
+            let may = is_file.iter().any(|allowed| file.ends_with(allowed));
+            if forbidden == "std::fs" && may {
+                continue;
+            }
             assert!(
                 !text.contains(forbidden),
                 "{} uses {forbidden}",

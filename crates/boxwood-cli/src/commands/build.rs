@@ -1,4 +1,6 @@
-//! `boxwood build`: how a structure comes to be, step by step.
+//! `boxwood build`: how a structure comes to be, step by step, or saved.
+
+mod saved;
 
 use boxwood_render::RenderError;
 use boxwood_trace::BuildTrace;
@@ -6,11 +8,13 @@ use serde::Serialize;
 
 use crate::{
     args::{SceneArgs, StructureArgs, whole},
-    output::{Exit, Output, short},
+    output::{Exit, Output, counted, short},
     save,
 };
+use saved::Saved;
 
-/// Build a structure and tell how: each set of primitives, the planes that were weighed, the chosen one and why.
+/// Build a structure and tell how: each set of primitives, the planes that were weighed, the chosen one and why. Or save it with -o,
+/// to be opened without a build.
 ///
 /// Costs count in visits of a node. `at 278 (18 | 18)` is a plane with 18 primitives on either side; triangles go by the
 /// centres of their boxes. The builder `morton` merges neighbours along a curve instead, some builders move nodes in the
@@ -21,7 +25,8 @@ use crate::{
 Examples:
   boxwood build builtin:bush
   boxwood build builtin:cornell --structure bvh2 --builder sweep --trace
-  boxwood build builtin:cornell --builder morton --trace build.json --steps 0")]
+  boxwood build builtin:cornell --builder morton --trace build.json --steps 0
+  boxwood build builtin:bush --preset high -o bush.bwx")]
 pub(crate) struct Args {
     #[command(flatten)]
     scene: SceneArgs,
@@ -31,6 +36,10 @@ pub(crate) struct Args {
     /// Most steps to tell, those nearest to the root; 0 is all, which is much for large scenes.
     #[arg(long, value_name = "N", default_value_t = 200, allow_negative_numbers = true, value_parser = whole::<usize>)]
     steps: usize,
+    /// Save the scene as a .bwx file for Scene.open of Rust and Python: triangles in the structure `wide`, without materials. Every
+    /// command takes it for a file; those that build do so again.
+    #[arg(short, long, value_name = "BWX")]
+    output: Option<String>,
     #[command(flatten)]
     structure: StructureArgs,
 }
@@ -41,14 +50,17 @@ struct Answer {
     file: String,
     triangles: usize,
     build_ms: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    saved: Option<Saved>,
     #[serde(flatten)]
-    trace: BuildTrace,
+    trace: Option<BuildTrace>,
 }
 
 /// Builds, tells and prints.
 pub(crate) fn run(args: &Args, out: &Output) -> anyhow::Result<Exit> {
     let file = args.trace.as_deref().filter(|name| !name.is_empty());
     save::check(file, out, &["json"])?;
+    save::check(args.output.as_deref(), out, &["bwx"])?;
     let loaded = args.scene.load(out)?;
     let (scene, time) = args.structure.build(&loaded.mesh)?;
     let limit = match (args.steps, out.is_json() || args.trace.is_some()) {
@@ -57,11 +69,19 @@ pub(crate) fn run(args: &Args, out: &Output) -> anyhow::Result<Exit> {
         // The totals alone.
         (_, false) => 0,
     };
+    // It builds again, which who saves did not ask for.
+    let is_told = args.output.is_none() || out.is_json() || args.trace.is_some();
+    let trace = is_told.then(|| boxwood_trace::build(&scene, limit));
+    let triangles = scene.len();
+    let saved = args.output.as_deref();
     let answer = Answer {
         file: loaded.name.clone(),
-        triangles: scene.len(),
+        triangles,
         build_ms: time.as_secs_f64() * 1e3,
-        trace: boxwood_trace::build(&scene, limit)?,
+        saved: saved
+            .map(|name| saved::save(scene, &loaded.mesh, name))
+            .transpose()?,
+        trace: trace.transpose()?,
     };
     if let Some(name) = file {
         let json = serde_json::to_vec(&answer)?;
@@ -74,6 +94,8 @@ pub(crate) fn run(args: &Args, out: &Output) -> anyhow::Result<Exit> {
     }
     if out.is_json() {
         out.json(&answer)?;
+    } else if args.output.as_deref() == Some("-") {
+        out.note(text(&answer, false));
     } else {
         out.text(text(&answer, args.trace.is_some() && file.is_none()))?;
     }
@@ -81,19 +103,20 @@ pub(crate) fn run(args: &Args, out: &Output) -> anyhow::Result<Exit> {
 }
 
 fn text(answer: &Answer, with_steps: bool) -> String {
-    let Answer {
-        file,
-        build_ms,
-        trace,
-        ..
-    } = answer;
-    let told = match with_steps {
-        true => trace.text(),
-        false => format!("{}\n{}", trace.summary(), trace.outcome()),
-    };
-    let rest = match with_steps && trace.steps.len() < trace.steps_total {
-        true => " (--steps 0 tells all steps)",
-        false => "",
-    };
-    format!("{file}: {told}\nbuilt in {} ms{rest}", short(*build_ms))
+    let (file, ms) = (&answer.file, short(answer.build_ms));
+    let mut rest = "";
+    let mut lines = Vec::new();
+    match &answer.trace {
+        None => lines.push(format!("{file}: {}", counted(answer.triangles, "triangle"))),
+        Some(trace) if with_steps => {
+            if trace.steps.len() < trace.steps_total {
+                rest = " (--steps 0 tells all steps)";
+            }
+            lines.push(format!("{file}: {}", trace.text()));
+        }
+        Some(trace) => lines.push(format!("{file}: {}\n{}", trace.summary(), trace.outcome())),
+    }
+    lines.push(format!("built in {ms} ms{rest}"));
+    lines.extend(answer.saved.as_ref().map(Saved::text));
+    lines.join("\n")
 }

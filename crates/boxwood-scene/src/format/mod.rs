@@ -1,5 +1,7 @@
 //! The table of file formats and the ways in: by name, by path, by bytes.
 
+#[cfg(feature = "saved")]
+mod bwx;
 pub(crate) mod gltf;
 mod mtl;
 pub(crate) mod obj;
@@ -7,6 +9,9 @@ pub(crate) mod ply;
 mod polygon;
 pub(crate) mod stl;
 mod text;
+
+#[cfg(feature = "saved")]
+pub use bwx::with_vertices;
 
 use std::path::Path;
 
@@ -28,7 +33,14 @@ pub struct Format {
 }
 
 /// Every format that can be read, the surest to recognise by content first.
-pub const FORMATS: &[Format] = &[gltf::FORMAT, ply::FORMAT, stl::FORMAT, obj::FORMAT];
+pub const FORMATS: &[Format] = &[
+    #[cfg(feature = "saved")]
+    bwx::FORMAT,
+    gltf::FORMAT,
+    ply::FORMAT,
+    stl::FORMAT,
+    obj::FORMAT,
+];
 
 /// Loads what `name` says: `builtin:bush`, `builtin:soup?n=1000`, or the path of a file.
 pub fn open(name: &str) -> Result<Model, LoadError> {

@@ -71,3 +71,35 @@ pub(crate) fn seeds() -> Vec<(&'static str, Vec<u8>)> {
         ("gltf", gltf.to_vec()),
     ]
 }
+
+/// The same of saved scenes, which no mutation survives: their fuzzer seals them anew.
+#[allow(dead_code, reason = "for the fuzzers alone")]
+pub(crate) fn sealed_seeds() -> Vec<(&'static str, Vec<u8>)> {
+    let options = [
+        boxwood::BuildOptions::default(),
+        boxwood::BuildOptions::high(),
+    ];
+    options.map(|options| ("bwx", saved(options))).into()
+}
+
+/// Forty triangles in two meshes, slivers among them, with a note.
+fn saved(options: boxwood::BuildOptions) -> Vec<u8> {
+    let corner = |i: u32| {
+        let (x, y) = ((i % 7) as f32, (i / 7) as f32);
+        [x, 1.5 * y + 0.01 * x, (i % 3) as f32 * 0.25]
+    };
+    let positions: Vec<[f32; 3]> = (0..42).map(corner).collect();
+    let indices: Vec<[u32; 3]> = (0..40).map(|i| [i, i + 2, (i * 5 + 1) % 42]).collect();
+    let options = boxwood::BuildOptions {
+        split_budget: options.split_budget.max(1.0),
+        ..options
+    };
+    let builder = boxwood::Scene::builder()
+        .mesh(&positions, &indices[..30])
+        .mesh(&positions, &indices[30..]);
+    let scene = builder.options(options).build().expect("a small scene");
+    let mut bytes = Vec::new();
+    let noted = scene.with_note("units", "mm");
+    noted.save(&mut bytes).expect("a vector takes all");
+    bytes
+}

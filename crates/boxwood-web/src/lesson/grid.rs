@@ -58,7 +58,7 @@ pub fn grid_walk(
         grid_density: density(columns, walls.len(), [max[0] - min[0], max[1] - min[1]]),
         ..BuildOptions::default()
     };
-    let triangles = Triangles(walls.iter().flat_map(upright).collect());
+    let triangles = Triangles::new(walls.iter().flat_map(upright).collect());
     let grid = Indexed::<Grid, _>::new(&triangles, &options).map_err(|error| error.to_string())?;
     let [across, down, _] = grid.accel().resolution();
     let (mut filled, mut bounds) = (Vec::new(), [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]]);

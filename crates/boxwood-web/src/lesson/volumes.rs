@@ -53,7 +53,7 @@ pub fn volumes(
     let shape: Vec<Triangle> = walls.iter().flat_map(upright).collect();
     let points: Vec<[f32; 3]> = shape.iter().flat_map(|triangle| triangle.0).collect();
     let rays: Vec<Ray> = (0..rays).map(|i| line(i, reach)).collect();
-    let list = Indexed::<List, _>::new(&Triangles(shape), &Default::default())
+    let list = Indexed::<List, _>::new(&Triangles::new(shape), &Default::default())
         .map_err(|error| error.to_string())?;
     let hits: Vec<bool> = rays.iter().map(|ray| list.occluded(ray)).collect();
     let object_flops = triangles.saturating_mul(Triangle::FLOPS_MISS);

@@ -234,7 +234,7 @@ mod tests {
             let (a, b) = (point(size, at), point(size, at));
             Triangle([a, b, point(0.01, b)])
         });
-        Triangles(triangles.collect())
+        Triangles::new(triangles.collect())
     }
 
     #[test]
@@ -263,7 +263,7 @@ mod tests {
             parts[number].push(bounds);
         }
         let mut random = Random::new(9);
-        for (triangle, parts) in triangles.0.iter().zip(&parts) {
+        for (triangle, parts) in triangles.as_slice().iter().zip(&parts) {
             for _ in 0..200 {
                 let (a, b) = (random.unit(), random.unit());
                 let (u, v) = if a + b > 1.0 {

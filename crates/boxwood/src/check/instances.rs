@@ -80,7 +80,7 @@ impl Layout {
     fn build(&self, outside: &Choice, inside: &Choice) -> Result<Box<dyn Query>, BuildError> {
         let (structure, options) = inside;
         let part = |mesh: &Vec<Triangle>| {
-            let geometry = Geometry::Triangles(Triangles(mesh.clone()));
+            let geometry = Geometry::Triangles(Triangles::new(mesh.clone()));
             Scene::of(geometry, vec![0], structure.name, options, None).map(Arc::new)
         };
         let parts: Vec<Arc<Scene>> = self.meshes.iter().map(part).collect::<Result<_, _>>()?;

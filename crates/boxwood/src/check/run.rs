@@ -46,7 +46,7 @@ impl<'a, 'p> Check<'a, 'p> {
         options: &'a Options,
         progress: &'p mut dyn FnMut(&Progress<'_>),
     ) -> Result<Self, BuildError> {
-        let geometry = Geometry::Triangles(Triangles(triangles.to_vec()));
+        let geometry = Geometry::Triangles(Triangles::new(triangles.to_vec()));
         let oracle = Structure::named(ORACLE)?.build(&geometry, &BuildOptions::default())?;
         let is_closed = is_closed(triangles);
         Self::against(oracle, is_closed, triangles, variants, options, progress)
@@ -61,7 +61,7 @@ impl<'a, 'p> Check<'a, 'p> {
         options: &'a Options,
         progress: &'p mut dyn FnMut(&Progress<'_>),
     ) -> Result<Self, BuildError> {
-        let geometry = Geometry::Triangles(Triangles(triangles.to_vec()));
+        let geometry = Geometry::Triangles(Triangles::new(triangles.to_vec()));
         let mut check = Self {
             rays: Rays::new(triangles, options.aim, options.seed),
             report: Report {
@@ -213,7 +213,7 @@ impl<'a, 'p> Check<'a, 'p> {
 
 /// True if those of the triangles that can be hit are a [`closed`] mesh.
 pub(super) fn is_closed(triangles: &[Triangle]) -> bool {
-    let prims = Triangles(triangles.to_vec());
+    let prims = Triangles::new(triangles.to_vec());
     let active = (0..triangles.len()).filter(|i| prims.is_active(*i));
     closed(&active.map(|i| triangles[i]).collect::<Vec<_>>())
 }

@@ -3,10 +3,42 @@
 use super::Primitives;
 use super::parts::{Parts, clip_triangle};
 use crate::geom::{Aabb, Candidate, MAX_COORDINATE, PreparedRay, Triangle};
+use crate::simd::Kept;
 
-/// A list of triangles.
-#[derive(Clone, Debug, Default)]
-pub struct Triangles(pub Vec<Triangle>);
+/// A list of triangles. A copy of it is the same memory.
+#[derive(Clone, Debug)]
+pub struct Triangles(Kept<Triangle>);
+
+impl Triangles {
+    /// Those of a list.
+    pub fn new(triangles: Vec<Triangle>) -> Self {
+        Self(triangles.into())
+    }
+
+    /// Those that someone keeps.
+    #[cfg(feature = "file")]
+    pub(crate) fn kept(triangles: Kept<Triangle>) -> Self {
+        Self(triangles)
+    }
+
+    /// All of them.
+    #[inline(always)]
+    pub fn as_slice(&self) -> &[Triangle] {
+        &self.0
+    }
+}
+
+impl Default for Triangles {
+    fn default() -> Self {
+        Self::new(Vec::new())
+    }
+}
+
+impl FromIterator<Triangle> for Triangles {
+    fn from_iter<I: IntoIterator<Item = Triangle>>(triangles: I) -> Self {
+        Self::new(triangles.into_iter().collect())
+    }
+}
 
 impl Primitives for Triangles {
     const FLOPS_MISS: u32 = Triangle::FLOPS_MISS;
@@ -43,7 +75,7 @@ impl Primitives for Triangles {
     }
 
     fn gather(&self, order: &[u32]) -> Self {
-        Self(order.iter().map(|&i| self.0[i as usize]).collect())
+        order.iter().map(|&i| self.0[i as usize]).collect()
     }
 
     fn hull(&self, index: usize, points: &mut Vec<[f32; 3]>) {
@@ -60,7 +92,7 @@ impl Primitives for Triangles {
     }
 
     fn bytes(&self) -> usize {
-        size_of_val(self.0.as_slice())
+        size_of_val(self.as_slice())
     }
 }
 

@@ -75,6 +75,12 @@ pub trait Query: Send + Sync {
 
     /// Memory of the structure with its copy of the primitives, in bytes.
     fn bytes(&self) -> usize;
+
+    /// The structure as a file keeps it, and the box around it; `None` if no file does.
+    #[cfg(feature = "file")]
+    fn saved(&self) -> Option<(&[u8], Aabb)> {
+        None
+    }
 }
 
 /// A node as statistics and drawings see it.

@@ -29,9 +29,10 @@ impl Scene {
         positions: &[[f32; 3]],
         indices: &[[u32; 3]],
     ) -> Result<Self, BuildError> {
-        let Geometry::Triangles(Triangles(old)) = &self.geometry else {
+        let Geometry::Triangles(old) = &self.geometry else {
             return Err(BuildError::NoSuchMesh { geom, meshes: 0 });
         };
+        let old = old.as_slice();
         let range = self.range(geom).ok_or(BuildError::NoSuchMesh {
             geom,
             meshes: self.starts.len(),
@@ -47,7 +48,7 @@ impl Scene {
         triangles.extend_from_slice(&old[..range.start]);
         gather_mesh(geom as usize, positions, indices, &mut triangles)?;
         triangles.extend_from_slice(&old[range.end..]);
-        self.with_geometry(Geometry::Triangles(Triangles(triangles)))
+        self.with_geometry(Geometry::Triangles(Triangles::new(triangles)))
     }
 
     /// True if the structure was made by [`Scene::with_mesh`] from an older one's.

@@ -1,5 +1,6 @@
 //! One block of memory for a whole tree: nodes and leaves, addressed by 16-byte granules.
 
+use super::kept::Keeper;
 use std::alloc::{Layout, alloc, dealloc};
 use std::marker::PhantomData;
 use std::ptr::NonNull;
@@ -7,16 +8,18 @@ use std::ptr::NonNull;
 /// Eight lanes of 32 bits, as they lie in the arena.
 pub(crate) type Row = [f32; 8];
 
-/// Zeroed memory on huge pages where the system has them.
+/// Zeroed memory on huge pages where the system has them, or a part of what someone else keeps, which is only read.
 ///
 /// Every access is checked against the length, so no content of the arena can lead outside it: a wrong reference gives a
 /// wrong answer, never a wrong read.
 pub(crate) struct Arena {
     start: NonNull<u8>,
     bytes: usize,
+    /// Whose memory it is, if not the arena's own.
+    keeper: Option<Keeper>,
 }
 
-// SAFETY: the arena owns its memory, and shared references only read it.
+// SAFETY: the arena owns its memory or has its keeper, and shared references only read it.
 unsafe impl Send for Arena {}
 // SAFETY: as above.
 unsafe impl Sync for Arena {}
@@ -36,12 +39,47 @@ impl Arena {
         ask_for_huge_pages(start, bytes);
         // SAFETY: just allocated with this length.
         unsafe { start.as_ptr().write_bytes(0, bytes) };
-        Some(Self { start, bytes })
+        Some(Self {
+            start,
+            bytes,
+            keeper: None,
+        })
+    }
+
+    /// Memory that the keeper keeps.
+    #[cfg(feature = "file")]
+    pub(super) fn kept(start: NonNull<u8>, bytes: usize, keeper: Keeper) -> Self {
+        Self {
+            start,
+            bytes,
+            keeper: Some(keeper),
+        }
+    }
+
+    /// How long the arena is that has room for `bytes`.
+    #[cfg(feature = "file")]
+    pub(crate) fn len_for(bytes: usize) -> Option<usize> {
+        Some(Self::layout(bytes)?.size())
     }
 
     fn layout(bytes: usize) -> Option<Layout> {
         let align = if bytes >= HUGE { HUGE } else { 64 };
         Layout::from_size_align(bytes.max(1024).checked_next_multiple_of(64)?, align).ok()
+    }
+
+    /// Everything.
+    #[cfg(feature = "file")]
+    pub(crate) fn bytes(&self) -> &[u8] {
+        // SAFETY: all of the memory, which has been written.
+        unsafe { std::slice::from_raw_parts(self.start.as_ptr(), self.bytes) }
+    }
+
+    /// Everything, to be written.
+    #[cfg(feature = "file")]
+    pub(crate) fn bytes_mut(&mut self) -> &mut [u8] {
+        assert!(self.keeper.is_none(), "what others keep is not written");
+        // SAFETY: all of our own memory; `self` is borrowed as long.
+        unsafe { std::slice::from_raw_parts_mut(self.start.as_ptr(), self.bytes) }
     }
 
     /// Length in bytes.
@@ -95,8 +133,8 @@ impl Arena {
     /// The same to be written.
     pub(crate) fn floats_mut(&mut self, granule: u32, count: usize) -> &mut [f32] {
         let at = granule as usize * GRANULE;
-        assert!(at + count * 4 <= self.bytes);
-        // SAFETY: as above; `self` is borrowed as long.
+        assert!(at + count * 4 <= self.bytes && self.keeper.is_none());
+        // SAFETY: as above, our own; `self` is borrowed as long.
         unsafe { std::slice::from_raw_parts_mut(self.start.as_ptr().add(at).cast(), count) }
     }
 }
@@ -247,6 +285,9 @@ pub(super) fn ask_for_huge_pages(start: NonNull<u8>, bytes: usize) {
 
 impl Drop for Arena {
     fn drop(&mut self) {
+        if self.keeper.is_some() {
+            return;
+        }
         if let Some(layout) = Self::layout(self.bytes) {
             // SAFETY: allocated with the same layout: its size is a fixed point of `layout`.
             unsafe { dealloc(self.start.as_ptr(), layout) };

@@ -3,12 +3,20 @@
 
 mod arena;
 mod isa;
+mod kept;
+#[cfg(feature = "file")]
+mod map;
 mod prefetch;
 mod room;
 mod stack;
 
 pub(crate) use arena::{Arena, AxisRows, GRANULE, LeafRows, NodeRows, PlaneRow, Row, Third};
 pub use isa::InstructionSet;
+pub(crate) use kept::Kept;
+#[cfg(feature = "file")]
+pub(crate) use kept::{ALIGNMENT, bytes_of};
+#[cfg(feature = "file")]
+pub(crate) use map::mapped;
 pub(crate) use prefetch::{address, prefetch};
 pub(crate) use room::room;
 pub(crate) use stack::{RowStack, Stack};

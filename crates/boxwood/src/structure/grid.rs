@@ -513,7 +513,7 @@ mod tests {
     use crate::prims::{Triangles, boxes};
 
     fn grid_of(triangles: &[[[f32; 3]; 3]]) -> Grid {
-        let prims = Triangles(triangles.iter().copied().map(Triangle).collect());
+        let prims = Triangles::new(triangles.iter().copied().map(Triangle).collect());
         Grid::build(&prims, &boxes(&prims), &BuildOptions::default()).unwrap()
     }
 

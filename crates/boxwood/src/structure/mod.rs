@@ -27,6 +27,8 @@ pub use list::List;
 pub use visit::{AllHits, ClosestHit, Occluded, Visit};
 #[cfg(feature = "compact")]
 pub(crate) use wide::Compact;
+#[cfg(feature = "file")]
+pub(crate) use wide::opened;
 pub(crate) use wide::{Full, WideSlots, WideTriangles};
 
 use crate::build::BuildOptions;

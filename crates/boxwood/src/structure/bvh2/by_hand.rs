@@ -13,7 +13,7 @@ use std::hint::select_unpredictable;
 #[inline(never)]
 pub fn closest_hit(indexed: &Indexed<Bvh2<Aabb>, Triangles>, ray: &Ray) -> Option<Hit> {
     let ray = &PreparedRay::new(ray)?;
-    let (bvh, triangles) = (indexed.accel(), indexed.prims().0.as_slice());
+    let (bvh, triangles) = (indexed.accel(), indexed.prims().as_slice());
     let (volume, root) = bvh.root.as_ref()?;
     let slab_ray = SlabRay::new(ray, &bvh.bounds);
     if !slab_ray.interval(volume).meets(ray.t_min, ray.t_max) {
@@ -121,7 +121,7 @@ mod tests {
                 [0, 1, 2].map(|k| corner[k] + edge[k])
             }))
         });
-        let triangles = Triangles(soup.collect());
+        let triangles = Triangles::new(soup.collect());
         let indexed = Indexed::<Bvh2<Aabb>, _>::new(&triangles, &BuildOptions::default()).unwrap();
         let mut hits = 0;
         for _ in 0..5000 {

@@ -388,7 +388,7 @@ mod tests {
             let at = [4.0 * random(), 4.0 * random(), 4.0 * random()];
             Triangle([at, at.map(|x| x + random()), at.map(|x| x + random())])
         };
-        let triangles = Triangles((0..500).map(triangle).collect());
+        let triangles = Triangles::new((0..500).map(triangle).collect());
         crate::structure::WideTriangles::<crate::structure::Full>::boxed(
             &triangles,
             &BuildOptions::default(),

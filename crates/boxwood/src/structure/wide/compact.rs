@@ -120,6 +120,8 @@ const fn leaf_words(count: usize, corners: usize) -> usize {
 impl Form for Compact {
     const NODE_GRANULES: u32 = (WORDS * 4 / GRANULE) as u32;
     const HAS_SMALL_KERNELS: bool = false;
+    #[cfg(feature = "file")]
+    const IS_SAVED: bool = false;
     type NodeRoom = [Row; 8];
     const NODE_ROOM: [Row; 8] = [[0.0; 8]; 8];
     type LeafRoom = [Row; 9];

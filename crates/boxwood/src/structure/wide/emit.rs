@@ -16,9 +16,9 @@ pub(super) struct Emitted<M> {
 }
 
 /// Granules to which nodes are aligned: a cache line.
-const LINE: u64 = 64 / GRANULE as u64;
+pub(super) const LINE: u64 = 64 / GRANULE as u64;
 /// What a leaf of few triangles may be read beyond its end.
-const SLACK: usize = 64;
+pub(super) const SLACK: usize = 64;
 
 /// Lays the tree out depth first: a node, its leaves, its inner children.
 ///

@@ -13,6 +13,9 @@ pub(crate) trait Form: Send + Sync + 'static {
     const NODE_GRANULES: u32;
     /// True if small trees have kernels of their own, which fetch nothing ahead: a little speed for much code.
     const HAS_SMALL_KERNELS: bool;
+    /// True if files keep trees of this form.
+    #[cfg(feature = "file")]
+    const IS_SAVED: bool;
     /// Where a node is unpacked.
     type NodeRoom;
     const NODE_ROOM: Self::NodeRoom;
@@ -48,6 +51,12 @@ impl<M: Form> Store<M> {
             arena,
             form: PhantomData,
         }
+    }
+
+    /// Its memory.
+    #[cfg(feature = "file")]
+    pub(super) fn bytes(&self) -> &[u8] {
+        self.arena.bytes()
     }
 
     /// Its length in bytes.

@@ -24,6 +24,8 @@ const fn leaf_floats(count: usize) -> usize {
 impl Form for Full {
     const NODE_GRANULES: u32 = (8 * size_of::<Row>() / GRANULE) as u32;
     const HAS_SMALL_KERNELS: bool = true;
+    #[cfg(feature = "file")]
+    const IS_SAVED: bool = true;
     type NodeRoom = ();
     const NODE_ROOM: () = ();
     type LeafRoom = ();

@@ -30,6 +30,8 @@ mod prepare;
 mod ray;
 #[cfg(test)]
 mod same_numbers;
+#[cfg(feature = "file")]
+mod saved;
 mod single;
 mod slots;
 mod triangles;
@@ -39,6 +41,8 @@ mod worth;
 #[cfg(feature = "compact")]
 pub(crate) use compact::Compact;
 pub(crate) use full::Full;
+#[cfg(feature = "file")]
+pub(crate) use saved::opened;
 pub(crate) use slots::WideSlots;
 pub(crate) use triangles::WideTriangles;
 

@@ -13,6 +13,8 @@ use super::walk::{Leaves, for_each, walk};
 use super::{Full, Payload, Wide};
 use crate::build::{BuildOptions, WideTopology};
 use crate::error::BuildError;
+#[cfg(feature = "file")]
+use crate::geom::Aabb;
 #[cfg(feature = "distances")]
 use crate::geom::Nearest;
 use crate::geom::{Candidate, Hit, PreparedRay, Ray, Triangle};
@@ -25,7 +27,7 @@ use fearless_simd::dispatch;
 use std::ops::ControlFlow;
 
 /// A wide tree with the triangles in its leaves.
-pub(crate) struct WideTriangles<M>(Wide<M>);
+pub(crate) struct WideTriangles<M>(pub(super) Wide<M>);
 
 impl<M: Form> WideTriangles<M> {
     /// Builds it.
@@ -47,7 +49,7 @@ impl<M: Form> WideTriangles<M> {
         prims: &Triangles,
         options: &BuildOptions,
     ) -> Result<Box<dyn Query>, BuildError> {
-        let payload = Payload::Triangles(&prims.0);
+        let payload = Payload::Triangles(prims.as_slice());
         Ok(Box::new(Self(Wide::within(
             limit, tree, &payload, options,
         )?)))
@@ -355,6 +357,11 @@ impl<M: Form> Query for WideTriangles<M> {
     fn bytes(&self) -> usize {
         self.0.store.len()
     }
+
+    #[cfg(feature = "file")]
+    fn saved(&self) -> Option<(&[u8], Aabb)> {
+        M::IS_SAVED.then(|| (self.0.store.bytes(), self.0.bounds))
+    }
 }
 
 #[cfg(all(test, feature = "compact"))]
@@ -370,7 +377,7 @@ mod tests {
             let [a, b, c, d] = [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(i, j)| corner(x + i, y + j));
             [Triangle([a, b, c]), Triangle([b, d, c])]
         };
-        Triangles((0..n * n).flat_map(square).collect())
+        Triangles::new((0..n * n).flat_map(square).collect())
     }
 
     #[test]
