@@ -9,6 +9,7 @@ mod file;
 mod float_mode;
 mod looks;
 mod picture;
+mod png;
 mod pool;
 mod rays;
 mod scene;
@@ -23,5 +24,6 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<looks::NativeLooks>()?;
     module.add_class::<picture::NativeStudio>()?;
     module.add_class::<picture::NativePicture>()?;
+    module.add_function(wrap_pyfunction!(png::encode_png, module)?)?;
     module.add_function(wrap_pyfunction!(looks::load, module)?)
 }

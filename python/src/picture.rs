@@ -225,7 +225,13 @@ fn moved(place: [f32; 3], origin: [f64; 3]) -> [f32; 3] {
     std::array::from_fn(|axis| (f64::from(place[axis]) - origin[axis]) as f32)
 }
 
-fn raised(error: RenderError) -> PyErr {
+/// What a PNG tells about itself.
+pub(crate) fn texts(shading: &'static Shading) -> [(&'static str, &'static str); 2] {
+    let program = concat!("boxwood ", env!("CARGO_PKG_VERSION"));
+    [("Software", program), ("Shading", shading.name)]
+}
+
+pub(crate) fn raised(error: RenderError) -> PyErr {
     let text = error.to_string();
     match error {
         RenderError::Memory { .. } => PyMemoryError::new_err(text),
@@ -321,8 +327,6 @@ impl NativePicture {
 
     /// With the legend of a scale, and how it was made as text.
     fn write_png(&self, out: impl std::io::Write) -> Result<(), RenderError> {
-        let program = concat!("boxwood ", env!("CARGO_PKG_VERSION"));
-        let texts = [("Software", program), ("Shading", self.shading.name)];
-        write_png(&self.film.to_image(), &texts, out)
+        write_png(&self.film.to_image(), &texts(self.shading), out)
     }
 }
