@@ -63,6 +63,13 @@ def test_any_type_and_stride(cube, kind):
         assert np.array_equal(cube.cast_rays(same)["t_hit"], expected)
 
 
+def test_an_array_may_begin_at_an_odd_address(cube):
+    rays = np.array([[0.3, 0.4, -2, 0, 0, 1]] * 4, np.float32)
+    odd = np.frombuffer(b"-" + rays.tobytes(), np.uint8)[1:].view(np.float32).reshape(4, 6)
+    assert not odd.flags.aligned
+    assert cube.cast_rays(odd)["t_hit"].tolist() == [2.0] * 4
+
+
 def test_map_coordinates_keep_their_places():
     far = np.array([448_262.125, 5_411_932.678, 100.0])
     scene = boxwood.Scene()
