@@ -8,7 +8,7 @@
 """
 
 # Dask is typed in part.
-# mypy: disable-error-code="no-untyped-call,no-any-return,arg-type"
+# mypy: disable-error-code="no-untyped-call,no-any-return,arg-type,name-defined,attr-defined"
 
 from __future__ import annotations
 
