@@ -9,6 +9,8 @@ array([1.], dtype=float32)
 """
 
 from ._native import __version__
+from .picture import Picture
 from .scene import INVALID_ID, Scene
+from .studio import SHADINGS
 
-__all__ = ["INVALID_ID", "Scene", "__version__"]
+__all__ = ["INVALID_ID", "SHADINGS", "Picture", "Scene", "__version__"]

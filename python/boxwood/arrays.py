@@ -1,13 +1,20 @@
-"""Whatever users have, as contiguous arrays that nobody else can change."""
+"""Whatever users have, as contiguous arrays; and answers into arrays that users bring."""
+
+from __future__ import annotations
+
+import operator
+from typing import Any, Mapping
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
+#: The number of what does not exist, as in Open3D.
 INVALID_ID = np.uint32(0xFFFFFFFF)
 
 
-def vertices_of(data):
+def vertices_of(data: ArrayLike) -> NDArray[Any]:
     """(V, 3) positions as float32 or float64, copied."""
-    array = np.array(data, copy=True, order="C")
+    array = np.array(_filled(data), copy=True, order="C")
     if array.dtype.kind not in "fiu":
         raise TypeError(f"vertices must be numbers, not {array.dtype}")
     if array.ndim != 2 or array.shape[1] != 3:
@@ -15,9 +22,10 @@ def vertices_of(data):
     return array if array.dtype == np.float32 else array.astype(np.float64)
 
 
-def triangles_of(data, count):
+def triangles_of(data: ArrayLike, count: int) -> NDArray[np.uint32]:
     """(F, 3) indices as uint32; `count` vertices are there."""
-    array = np.asarray(data)
+    # Copied first, and then looked at: another thread may write into what was given.
+    array = np.array(data, order="C", copy=True)
     if array.size == 0:
         return np.zeros((0, 3), np.uint32)
     if array.dtype.kind not in "iu":
@@ -28,32 +36,116 @@ def triangles_of(data, count):
     least, most = int(array.min()), int(array.max())
     if least < 0 or most >= count:
         raise ValueError(f"a triangle refers to vertex {least if least < 0 else most} of {count}")
-    return np.array(array, dtype=np.uint32, order="C", copy=True)
+    return array.astype(np.uint32, copy=False)
 
 
-def leading(data, columns, what):
-    """`data` as (n, columns) of float32 or float64, and the shape before the last axis."""
-    array = np.asarray(data)
+def leading(data: ArrayLike, columns: int, what: str) -> tuple[NDArray[Any], tuple[int, ...]]:
+    """`data` (..., columns) as a contiguous array of float32 or float64, and the shape before the last axis.
+
+    An array that is so already is passed on as it is, not as a view: the native part looks up its memory and copies it in one
+    step, in which no other thread can resize it.
+    """
+    array = np.asarray(_filled(data))
     if array.dtype.kind not in "fiu":
         raise TypeError(f"{what} must be numbers, not {array.dtype}")
     if array.ndim == 0 or array.shape[-1] != columns:
         raise ValueError(f"{what} must have the shape (..., {columns}), not {array.shape}")
-    if array.dtype != np.float32:
-        array = array.astype(np.float64)
-    shape = array.shape[:-1]
-    return array.reshape(int(np.prod(shape)), columns), shape
+    single_precision = array.dtype.kind == "f" and array.dtype.itemsize == 4
+    return _plain(array, np.float32 if single_precision else np.float64), array.shape[:-1]
 
 
-def is_single(array):
+def limit_of(value: ArrayLike, shape: tuple[int, ...], what: str) -> float | NDArray[np.float32]:
+    """One number, or as many as there are rays."""
+    array = np.asarray(_filled(value))
+    if array.dtype.kind not in "fiu":
+        raise TypeError(f"{what} must be a number or an array of numbers, not {array.dtype}")
+    if array.ndim == 0:
+        return float(array)
+    if not array.size and not np.prod(shape):
+        return np.zeros(0, np.float32)
+    try:
+        each = np.broadcast_to(array, shape)
+    except ValueError:
+        raise ValueError(f"{what} of shape {array.shape} does not go with rays of shape {shape}") from None
+    with np.errstate(over="ignore"):
+        return _plain(each, np.float32).reshape(-1)
+
+
+def _plain(array: NDArray[Any], dtype: Any) -> NDArray[Any]:
+    """Contiguous, aligned, of the machine's byte order; the array itself if it is so already."""
+    plain = np.ascontiguousarray(array, dtype)
+    return plain if plain.flags.aligned else plain.copy()
+
+
+def threads_of(threads: Any) -> int:
+    """A number of threads; 0: as many as the machine has."""
+    count = operator.index(threads)
+    if not 0 <= count <= 1024:
+        raise ValueError(f"threads must be from 0 to 1024, not {threads}")
+    return count
+
+
+def is_single(array: NDArray[np.float64]) -> bool:
     """True if float32 holds every number of a float64 array as it is."""
     with np.errstate(over="ignore", invalid="ignore"):
         return bool(np.all((array.astype(np.float32) == array) | np.isnan(array)))
 
 
-def single(array, origin=None):
-    """A contiguous float32 array; what float64 has is first moved by `-origin` in the first three columns."""
-    if origin is not None and np.any(origin):
-        array = array.astype(np.float64)
-        array[:, :3] -= origin
+def single(array: NDArray[Any], origin: NDArray[np.float64]) -> NDArray[np.float32]:
+    """A contiguous float32 array of positions, moved by `-origin` in double precision."""
+    if np.any(origin):
+        array = array.astype(np.float64) - origin
     with np.errstate(over="ignore", invalid="ignore"):
         return np.ascontiguousarray(array, dtype=np.float32)
+
+
+class Out:
+    """Arrays that a caller wants to be filled: looked at before the work, written after it has succeeded.
+
+    Raises
+    ------
+    TypeError
+        If an array has another type than the answer.
+    ValueError
+        If an array has another shape, is read-only or not contiguous, is named twice, or overlaps what is asked about; or if
+        there is no answer of that name.
+    """
+
+    def __init__(self, arrays: Mapping[str, Any] | None, answers: Mapping[str, tuple[Any, tuple[int, ...]]], inputs: list[Any]) -> None:
+        self._arrays = dict(arrays or {})
+        for name, array in self._arrays.items():
+            if name not in answers:
+                raise ValueError(f"there is no answer {name!r} to write: {', '.join(answers)}")
+            _check(array, name, *answers[name])
+        given = [array for array in inputs if isinstance(array, np.ndarray)]
+        for name, array in self._arrays.items():
+            others = [other for key, other in self._arrays.items() if key != name]
+            if any(np.may_share_memory(array, other) for other in given + others):
+                raise ValueError(f"out[{name!r}] shares memory with another array")
+
+    def fill(self, answer: dict[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
+        """The answer, in the caller's arrays where there are any."""
+        for name, array in self._arrays.items():
+            np.copyto(array, answer[name], casting="no")
+            answer[name] = array
+        return answer
+
+
+def _check(array: Any, name: str, dtype: Any, shape: tuple[int, ...]) -> None:
+    what = f"out[{name!r}]"
+    if not isinstance(array, np.ndarray) or isinstance(array, np.ma.MaskedArray):
+        raise TypeError(f"{what} must be a numpy array, not {type(array).__name__}")
+    if array.dtype != np.dtype(dtype):
+        raise TypeError(f"{what} must be of type {np.dtype(dtype)}, not {array.dtype}")
+    if array.shape != shape:
+        raise ValueError(f"{what} must have the shape {shape}, not {array.shape}")
+    if not array.flags.writeable or not array.flags.c_contiguous:
+        raise ValueError(f"{what} must be writable and C-contiguous")
+
+
+def _filled(data: Any) -> Any:
+    """Masked numbers are not known: NaN, which nothing meets."""
+    if isinstance(data, np.ma.MaskedArray) and data.dtype.kind in "fiu":
+        wide = data if data.dtype == np.float32 else data.astype(np.float64)
+        return wide.filled(np.nan)
+    return data

@@ -1,13 +1,30 @@
 """A scene of triangle meshes and the questions about it, by the names of Open3D's ``RaycastingScene``."""
 
+from __future__ import annotations
+
+import operator
+import os
 import threading
+import warnings
+import weakref
+from typing import Any, Mapping, Sequence
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
-from ._native import NativeScene, load
-from .arrays import INVALID_ID, is_single, leading, single, triangles_of, vertices_of
+from ._native import NativeLooks, NativeScene, load
+from .arrays import INVALID_ID, Out, is_single, leading, limit_of, single, threads_of, triangles_of, vertices_of
+from .blend import blend
+from .camera import pinhole
+from .notes import Faces, faces_in, looks_in, meshes_in, notes_of, origin_in, quality_in
+from .picture import Picture
+from .studio import Studio
 
 __all__ = ["INVALID_ID", "Scene"]
+
+
+#: For the sake of forks, see :func:`_fork`.
+_SCENES: weakref.WeakSet[Scene] = weakref.WeakSet()
 
 
 class Scene:
@@ -30,92 +47,82 @@ class Scene:
 
     INVALID_ID = INVALID_ID
 
-    def __init__(self, *, quality="default", threads=0):
+    def __init__(self, *, quality: str = "default", threads: int = 0) -> None:
         self._quality = quality
-        self._threads = _threads(threads)
-        self._meshes = []
-        self._native = None
+        self._threads = threads_of(threads)
+        self._meshes: list[tuple[NDArray[Any], NDArray[np.uint32]]] = []
+        self._looks: dict[int, NativeLooks] = {}
+        self._ready: tuple[NativeScene, NDArray[np.float64]] | None = None
+        self._studio: Studio | None = None
         self._is_opened = False
-        self._origin = np.zeros(3)
         self._lock = threading.Lock()
+        _SCENES.add(self)
 
     @classmethod
-    def load(cls, path, **options):
-        """A scene of the file at `path`: OBJ, PLY, STL, glTF, GLB, or ``builtin:bush``.
+    def load(cls, path: str | os.PathLike[str], **options: Any) -> Scene:
+        """A scene of the file at `path`: OBJ, PLY, STL, glTF, GLB, or ``builtin:bush``. :meth:`render` shows its materials.
 
         Warnings of the reader are given as :class:`UserWarning`.
         """
-        import os
-        import warnings
-
-        positions, indices, told = load(os.fspath(path))
+        positions, indices, looks, told = load(os.fspath(path))
         for text in told:
             warnings.warn(text, stacklevel=2)
         scene = cls(**options)
-        scene.add_triangles(positions, indices)
+        scene._looks[scene.add_triangles(positions, indices)] = looks
         return scene
 
     @classmethod
-    def open(cls, path, *, map=True, threads=0):
+    def open(cls, path: str | os.PathLike[str], *, map: bool = True, threads: int = 0) -> Scene:
         """A scene that :meth:`save` wrote, without a build.
 
-        It answers bit for bit like the one that was saved, and has its :attr:`origin`. All of the file is checked first; one that is damaged,
-        or no scene, is a :class:`ValueError`.
+        It answers bit for bit like the one that was saved, has its :attr:`origin`, and makes the same pictures. All of the file
+        is checked first; one that is damaged, or no scene, is a :class:`ValueError`.
 
         Parameters
         ----------
         path : str or path
         map : bool
-            True: the file becomes memory, which all processes of this machine that open it share. It must not be written to or cut short while
-            the scene is there: that would end the process. Replacing it, as :meth:`save` does, is no harm. False: it is copied, for files
-            that others may write to.
+            True: the file becomes memory, which all processes of this machine that open it share. It must not be written to or
+            cut short while the scene is there: that would end the process. Replacing it, as :meth:`save` does, is no harm.
+            False: it is copied, for files that others may write to.
         threads : int
             For opening, and for questions that do not say; 0: as many as the machine has.
         """
-        import os
-
-        return cls._of(NativeScene.open(os.fsdecode(path), bool(map), _threads(threads)), threads)
+        return cls._of(NativeScene.open(os.fsdecode(path), bool(map), threads_of(threads)), threads)
 
     @classmethod
-    def from_buffer(cls, buffer, *, threads=0):
+    def from_buffer(cls, buffer: Any, *, threads: int = 0) -> Scene:
         """The scene in the bytes of a file, as :meth:`open`.
 
         ``bytes`` that begin at a multiple of 64 are read in place; anything else (an array, a memory map, shared memory), which
         somebody might change, is copied.
         """
-        count = _threads(threads)
+        count = threads_of(threads)
         if type(buffer) is bytes:
             return cls._of(NativeScene.of_bytes(buffer, count), threads)
-        array = np.frombuffer(buffer, np.uint8)
-        return cls._of(NativeScene.of_array(array, count), threads)
+        return cls._of(NativeScene.of_array(np.frombuffer(buffer, np.uint8), count), threads)
 
     @classmethod
-    def _of(cls, native, threads):
+    def _of(cls, native: NativeScene, threads: int) -> Scene:
         """A scene that is opened already."""
-        quality = (native.note("quality") or b"default").decode("ascii", "replace")
-        scene = cls(quality=quality, threads=threads)
-        origin = np.frombuffer(native.note("origin") or bytes(24), np.uint8)
-        if origin.size != 24 or not np.isfinite(origin.view("<f8")).all():
-            raise ValueError("the file's note 'origin' is not three numbers: save the scene again")
-        scene._native, scene._is_opened = native, True
-        scene._origin = origin.view("<f8").astype(np.float64)
+        scene = cls(quality=quality_in(native), threads=threads)
+        scene._ready, scene._is_opened = (native, origin_in(native)), True
         return scene
 
-    def save(self, path):
+    def save(self, path: str | os.PathLike[str]) -> str:
         """Writes the scene to the file `path`, which :meth:`open` opens without a build, and returns its :attr:`content_hash`.
 
-        The file has some 100 bytes for each triangle. It is written beside `path` and renamed there, so that no reader ever sees a half.
+        The file has some 130 bytes for each triangle, and the textures. It is written beside `path` and renamed there, so that no
+        reader ever sees a half.
         """
-        import os
-
-        return self._built().save(os.fsdecode(path), self._threads)
+        return self._built()[0].save(os.fsdecode(path), self._threads)
 
     @property
-    def content_hash(self):
+    def content_hash(self) -> str:
         """What :meth:`save` returns: 64 hexadecimal digits, the same for the same scene on every machine."""
-        return self._built().content_hash(self._threads)
+        return self._built()[0].content_hash(self._threads)
 
-    def add_triangles(self, vertex_positions, triangle_indices=None):
+    def add_triangles(self, vertex_positions: ArrayLike, triangle_indices: ArrayLike | None = None) -> int:
         """Adds a mesh and returns its geometry id.
 
         Parameters
@@ -134,270 +141,434 @@ class Scene:
         with self._lock:
             if self._is_opened:
                 raise ValueError("a scene from a file is complete: make a new Scene of all meshes")
-            self._meshes.append((vertices, triangles))
-            self._native = None
+            self._meshes = [*self._meshes, (vertices, triangles)]
+            self._ready = None
             return len(self._meshes) - 1
 
     @property
-    def origin(self):
+    def origin(self) -> NDArray[np.float64]:
         """What is subtracted from all coordinates before they become single precision: float64 (3,)."""
-        self._built()
-        return self._origin.copy()
+        return self._built()[1].copy()
 
-    def cast_rays(self, rays, nthreads=None, *, interpolate=None):
+    def cast_rays(
+        self,
+        rays: ArrayLike,
+        nthreads: int | None = None,
+        *,
+        tnear: ArrayLike = 0.0,
+        tfar: ArrayLike = np.inf,
+        interpolate: Mapping[str, Any] | None = None,
+        out: Mapping[str, NDArray[Any]] | None = None,
+        threads: int | None = None,
+    ) -> dict[str, NDArray[Any]]:
         """The closest hit of each ray.
 
         Parameters
         ----------
         rays : array (..., 6)
             Origin and direction; a direction of any length but zero.
+        nthreads, threads : int
+            On how many threads; 0: as many as the machine has. Both names mean the same.
+        tnear, tfar : float or array that goes with (...)
+            Only hits from ``tnear`` to ``tfar``, both included, in units of the direction.
         interpolate : dict of name to array (V, ...), or list of such arrays, one for each geometry
             What vertices carry, to be blended at the hits; NaN where nothing is hit.
+        out : dict of name to array
+            Contiguous arrays of the answers' shapes and types to write these answers to, once all are known.
 
         Returns
         -------
         dict
-            ``t_hit`` (...) in units of the direction, inf where nothing is hit; ``geometry_ids`` and ``primitive_ids`` (...),
-            uint32, :data:`INVALID_ID` where nothing is hit; ``primitive_uvs`` (..., 2); ``primitive_normals`` (..., 3), unit;
-            ``hit`` (...), bool; and what was to be interpolated.
+            ``t_hit`` (...) float32 in units of the direction, inf where nothing is hit; ``geometry_ids`` and ``primitive_ids``
+            (...), uint32, :data:`INVALID_ID` where nothing is hit; ``primitive_uvs`` (..., 2) float32: weights of the second and
+            the third vertex; ``primitive_normals`` (..., 3) float32, unit; ``hit`` (...), bool; and what was to be interpolated.
         """
-        native = self._built()
-        flat, shape = self._rays(rays)
-        t, geom, prim, uvs, normals = native.cast(flat, 0.0, np.inf, self._count(nthreads))
-        hit = geom != INVALID_ID
-        answer = {
-            "t_hit": t.reshape(shape),
-            "geometry_ids": geom.reshape(shape),
-            "primitive_ids": prim.reshape(shape),
-            "primitive_uvs": uvs.reshape(*shape, 2),
-            "primitive_normals": normals.reshape(*shape, 3),
-            "hit": hit.reshape(shape),
+        flat, shape = leading(rays, 6, "rays")
+        kinds = {
+            "t_hit": (np.float32, shape),
+            "geometry_ids": (np.uint32, shape),
+            "primitive_ids": (np.uint32, shape),
+            "primitive_uvs": (np.float32, (*shape, 2)),
+            "primitive_normals": (np.float32, (*shape, 3)),
+            "hit": (np.bool_, shape),
         }
-        for name, values in (interpolate or {}).items():
-            if name in answer:
+        given = Out(out, kinds, [rays, tnear, tfar])
+        count = self._count(nthreads, threads)
+        for name in interpolate or {}:
+            if name in kinds:
                 raise ValueError(f"{name!r} is an answer already: call it otherwise")
-            blended = self._blend(values, geom, prim, uvs, hit)
+        native, origin = self._built()
+        near, far = limit_of(tnear, shape, "tnear"), limit_of(tfar, shape, "tfar")
+        found = dict(zip(kinds, native.cast(flat, origin, near, far, count)))
+        answer = {name: array.reshape(kinds[name][1]) for name, array in found.items()}
+        for name, values in (interpolate or {}).items():
+            blended = blend(values, self._faces(), found)
             answer[name] = blended.reshape(*shape, *blended.shape[1:])
-        return answer
+        return given.fill(answer)
 
-    def test_occlusions(self, rays, tnear=0.0, tfar=np.inf, nthreads=None):
-        """True for each ray (..., 6) that meets anything from ``tnear`` to ``tfar``."""
-        native = self._built()
-        flat, shape = self._rays(rays)
-        return native.occluded(flat, float(tnear), float(tfar), self._count(nthreads)).reshape(shape)
+    def test_occlusions(
+        self,
+        rays: ArrayLike,
+        tnear: ArrayLike = 0.0,
+        tfar: ArrayLike = np.inf,
+        nthreads: int | None = None,
+        *,
+        out: NDArray[np.bool_] | None = None,
+        threads: int | None = None,
+    ) -> NDArray[np.bool_]:
+        """True for each ray (..., 6) that meets anything from ``tnear`` to ``tfar``; each is a number or an array that goes with
+        (...). ``out``: bool (...)."""
+        flat, shape = leading(rays, 6, "rays")
+        given = _one(out, np.bool_, shape, [rays, tnear, tfar])
+        count = self._count(nthreads, threads)
+        near, far = limit_of(tnear, shape, "tnear"), limit_of(tfar, shape, "tfar")
+        native, origin = self._built()
+        return given.fill({"out": native.occluded(flat, origin, near, far, count).reshape(shape)})["out"]
 
-    def count_intersections(self, rays, nthreads=None):
-        """How many triangles each ray (..., 6) meets, int64; an edge that triangles share counts once."""
-        native = self._built()
-        flat, shape = self._rays(rays)
-        return native.count(flat, 0.0, np.inf, self._count(nthreads)).reshape(shape)
+    def count_intersections(
+        self,
+        rays: ArrayLike,
+        nthreads: int | None = None,
+        *,
+        tnear: ArrayLike = 0.0,
+        tfar: ArrayLike = np.inf,
+        out: NDArray[np.int64] | None = None,
+        threads: int | None = None,
+    ) -> NDArray[np.int64]:
+        """How many triangles each ray (..., 6) meets from ``tnear`` to ``tfar``, int64; an edge that triangles share counts once.
+        ``out``: int64 (...)."""
+        flat, shape = leading(rays, 6, "rays")
+        given = _one(out, np.int64, shape, [rays, tnear, tfar])
+        count = self._count(nthreads, threads)
+        near, far = limit_of(tnear, shape, "tnear"), limit_of(tfar, shape, "tfar")
+        native, origin = self._built()
+        return given.fill({"out": native.count(flat, origin, near, far, count).reshape(shape)})["out"]
 
-    def list_intersections(self, rays, nthreads=None):
-        """All hits of all rays (..., 6), those of one ray beside each other, nearest first.
+    def list_intersections(
+        self,
+        rays: ArrayLike,
+        nthreads: int | None = None,
+        *,
+        tnear: ArrayLike = 0.0,
+        tfar: ArrayLike = np.inf,
+        threads: int | None = None,
+    ) -> dict[str, NDArray[Any]]:
+        """All hits of all rays (..., 6) from ``tnear`` to ``tfar``, those of one ray beside each other, nearest first.
 
         Returns
         -------
         dict
-            ``ray_splits`` (n + 1,): the hits of ray ``i`` are ``ray_splits[i]:ray_splits[i + 1]``; and for each hit ``ray_ids``,
-            ``t_hit``, ``geometry_ids``, ``primitive_ids``, ``primitive_uvs``.
+            ``ray_splits`` (n + 1,) int64: the hits of ray ``i`` are ``ray_splits[i]:ray_splits[i + 1]``; and for each of h hits
+            ``ray_ids`` (h,) int64, ``t_hit`` (h,) float32, ``geometry_ids``, ``primitive_ids`` (h,) uint32, ``primitive_uvs``
+            (h, 2) float32.
         """
-        native = self._built()
-        flat, _ = self._rays(rays)
+        flat, shape = leading(rays, 6, "rays")
+        count = self._count(nthreads, threads)
+        near, far = limit_of(tnear, shape, "tnear"), limit_of(tfar, shape, "tfar")
+        native, origin = self._built()
         names = ("ray_splits", "ray_ids", "t_hit", "geometry_ids", "primitive_ids", "primitive_uvs")
-        return dict(zip(names, native.list(flat, 0.0, np.inf, self._count(nthreads))))
+        return dict(zip(names, native.list(flat, origin, near, far, count)))
 
-    def compute_closest_points(self, query_points, nthreads=None):
+    def compute_closest_points(
+        self,
+        query_points: ArrayLike,
+        nthreads: int | None = None,
+        *,
+        out: Mapping[str, NDArray[Any]] | None = None,
+        threads: int | None = None,
+    ) -> dict[str, NDArray[Any]]:
         """The place of the surface that is nearest to each point (..., 3).
 
         Returns
         -------
         dict
-            ``points`` (..., 3), ``geometry_ids``, ``primitive_ids`` (...), ``primitive_uvs`` (..., 2), ``primitive_normals``
-            (..., 3), ``distances`` (...).
+            ``points`` (..., 3), float32, but float64 where :attr:`origin` is not zero; ``geometry_ids``, ``primitive_ids`` (...)
+            uint32; ``primitive_uvs`` (..., 2) and ``primitive_normals`` (..., 3) float32; ``distances`` (...) float32. NaN and
+            :data:`INVALID_ID` for a point that is not finite, or where there are no triangles.
         """
-        native = self._built()
-        flat, shape = self._points(query_points)
-        points, distances, geom, prim, uvs, normals = native.nearest(flat, self._count(nthreads))
-        if np.any(self._origin):
-            points = points + self._origin
-        return {
-            "points": points.reshape(*shape, 3),
-            "distances": distances.reshape(shape),
-            "geometry_ids": geom.reshape(shape),
-            "primitive_ids": prim.reshape(shape),
-            "primitive_uvs": uvs.reshape(*shape, 2),
-            "primitive_normals": normals.reshape(*shape, 3),
+        flat, shape = leading(query_points, 3, "points")
+        native, origin = self._built()
+        moved = bool(np.any(origin))
+        kinds = {
+            "points": (np.float64 if moved else np.float32, (*shape, 3)),
+            "distances": (np.float32, shape),
+            "geometry_ids": (np.uint32, shape),
+            "primitive_ids": (np.uint32, shape),
+            "primitive_uvs": (np.float32, (*shape, 2)),
+            "primitive_normals": (np.float32, (*shape, 3)),
         }
+        given = Out(out, kinds, [query_points])
+        found = dict(zip(kinds, native.nearest(flat, origin, self._count(nthreads, threads))))
+        if moved:
+            found["points"] = found["points"] + origin
+        return given.fill({name: array.reshape(kinds[name][1]) for name, array in found.items()})
 
-    def compute_distance(self, query_points, nthreads=None):
-        """The distance of each point (..., 3) to the surface."""
-        return self.compute_closest_points(query_points, nthreads)["distances"]
+    def compute_distance(
+        self,
+        query_points: ArrayLike,
+        nthreads: int | None = None,
+        *,
+        out: NDArray[np.float32] | None = None,
+        threads: int | None = None,
+    ) -> NDArray[np.float32]:
+        """The distance of each point (..., 3) to the surface, in the unit of the scene: float32 (...), as is ``out``."""
+        wanted = None if out is None else {"distances": out}
+        return self.compute_closest_points(query_points, nthreads, out=wanted, threads=threads)["distances"]
 
-    def compute_signed_distance(self, query_points, nthreads=None, nsamples=1):
+    def compute_signed_distance(
+        self,
+        query_points: ArrayLike,
+        nthreads: int | None = None,
+        nsamples: int = 1,
+        *,
+        out: NDArray[np.float32] | None = None,
+        threads: int | None = None,
+    ) -> NDArray[np.float32]:
         """The same, negative inside. Exact on closed meshes, so one sample is enough; ``nsamples`` is for who comes from Open3D."""
-        native = self._built()
-        flat, shape = self._points(query_points)
-        return native.signed(flat, self._count(nthreads)).reshape(shape)
+        _odd(nsamples)
+        flat, shape = leading(query_points, 3, "points")
+        given = _one(out, np.float32, shape, [query_points])
+        count = self._count(nthreads, threads)
+        native, origin = self._built()
+        return given.fill({"out": native.signed(flat, origin, count).reshape(shape)})["out"]
 
-    def compute_occupancy(self, query_points, nthreads=None, nsamples=1):
-        """1 for each point (..., 3) that is inside, else 0, float32. As exact as the sign of the distance."""
-        native = self._built()
-        flat, shape = self._points(query_points)
-        return native.inside(flat, self._count(nthreads)).astype(np.float32).reshape(shape)
+    def compute_occupancy(
+        self,
+        query_points: ArrayLike,
+        nthreads: int | None = None,
+        nsamples: int = 1,
+        *,
+        out: NDArray[np.float32] | None = None,
+        threads: int | None = None,
+    ) -> NDArray[np.float32]:
+        """1 for each point (..., 3) that is inside, else 0: float32 (...), as is ``out``. As exact as the sign of the distance."""
+        _odd(nsamples)
+        flat, shape = leading(query_points, 3, "points")
+        given = _one(out, np.float32, shape, [query_points])
+        count = self._count(nthreads, threads)
+        native, origin = self._built()
+        return given.fill({"out": native.inside(flat, origin, count).astype(np.float32).reshape(shape)})["out"]
 
     @staticmethod
-    def create_rays_pinhole(intrinsic_matrix=None, extrinsic_matrix=None, width_px=None, height_px=None, *, fov_deg=None, center=None, eye=None, up=None):
+    def create_rays_pinhole(
+        intrinsic_matrix: ArrayLike | None = None,
+        extrinsic_matrix: ArrayLike | None = None,
+        width_px: int | None = None,
+        height_px: int | None = None,
+        *,
+        fov_deg: float | None = None,
+        center: ArrayLike | None = None,
+        eye: ArrayLike | None = None,
+        up: ArrayLike | None = None,
+    ) -> NDArray[np.float32]:
         """Rays (height, width, 6) of a pinhole camera, float32: by matrices (3, 3) and (4, 4), or by ``fov_deg`` (horizontal),
         ``center``, ``eye`` and ``up``. The rays of the centres of pixels; directions have depth 1.
         """
-        if width_px is None or height_px is None:
-            raise ValueError("width_px and height_px say how many rays there are")
-        if intrinsic_matrix is None:
-            if fov_deg is None or center is None or eye is None or up is None:
-                raise ValueError("give both matrices, or fov_deg, center, eye and up")
-            intrinsic_matrix, extrinsic_matrix = _matrices(fov_deg, center, eye, up, width_px, height_px)
-        elif extrinsic_matrix is None:
-            raise ValueError("an intrinsic matrix needs an extrinsic one")
-        intrinsic = np.asarray(intrinsic_matrix, np.float64).reshape(3, 3)
-        extrinsic = np.asarray(extrinsic_matrix, np.float64).reshape(4, 4)
-        x, y = np.meshgrid(np.arange(width_px) + 0.5, np.arange(height_px) + 0.5)
-        pixels = np.stack([x, y, np.ones_like(x)], axis=-1)
-        turn = extrinsic[:3, :3].T
-        directions = pixels @ np.linalg.inv(intrinsic).T @ turn.T
-        origin = np.broadcast_to(-turn @ extrinsic[:3, 3], directions.shape)
-        return np.concatenate([origin, directions], axis=-1).astype(np.float32)
+        return pinhole(intrinsic_matrix, extrinsic_matrix, width_px, height_px, fov_deg=fov_deg, center=center, eye=eye, up=up)
 
-    def explain(self, ray):
+    def render(
+        self,
+        size: tuple[int, int] = (960, 540),
+        *,
+        eye: ArrayLike | None = None,
+        target: ArrayLike | None = None,
+        up: ArrayLike | None = None,
+        fov_deg: float | None = None,
+        shading: str = "whitted",
+        samples: int | None = None,
+        seed: int = 0,
+        crop: tuple[int, int, int, int] | None = None,
+        max_depth: int = 8,
+        lights: Sequence[ArrayLike] = (),
+        sky: float | None = None,
+        floor: bool = True,
+        exposure: float | None = None,
+        top: float | None = None,
+        log: bool = False,
+        threads: int | None = None,
+    ) -> Picture:
+        """A picture of the scene.
+
+        A scene that was loaded from a file shows its materials, textures and lights; meshes that were added are plain grey.
+        Pictures are the same, bit for bit, for any number of threads and on every machine. Ctrl-C ends the work within a moment.
+
+        Parameters
+        ----------
+        size : (int, int)
+            Width and height in pixels, each up to 65,535.
+        eye, target, up : array (3,)
+            Where the camera stands, where it looks, and what is up in the picture. What is not said comes from the first camera
+            of the file, or else is chosen such that the scene is seen well; :attr:`Picture.camera` tells.
+        fov_deg : float
+            Vertical field of view in degrees, above 0 and below 180.
+        shading : str
+            A name of :data:`boxwood.SHADINGS`: ``whitted`` (daylight, mirrors, shadows), ``path``, ``ao``, ``eyelight``,
+            ``normal``, ``depth``, ``heat-tests`` and others.
+        samples : int
+            Per pixel; usually as many as the shading needs.
+        seed : int
+            Another seed gives another noise.
+        crop : (int, int, int, int)
+            Only this part: left, top, width and height in pixels. They are the same, bit for bit, as in the whole picture; for
+            ``depth`` and ``heat-*`` the colour scale is that of the part (give ``top``, which ends the scale of ``heat-*``).
+        max_depth : int
+            Most bounces of light.
+        lights : sequence of (x, y, z) or (x, y, z, power)
+            Lamps; power 1 lights the middle of the scene as the sun does.
+        sky : float
+            Strength of sun and sky, 0 is night. Usually 1, but 0 in rooms with lights of their own.
+        floor : bool
+            Whether an object that is seen from outside by daylight stands on a floor.
+        exposure : float
+            In stops, 0 is neutral. Usually neutral by daylight, measured in rooms.
+        top : float
+            The number at the bright end of ``heat-*`` and ``depth``; usually from the picture.
+        log : bool
+            Whether those are coloured by the logarithm.
+
+        Raises
+        ------
+        ValueError
+            If there is nothing to show, or a number makes no sense.
+        """
+        wish = {
+            "shading": shading,
+            "samples": samples,
+            "seed": seed,
+            "crop": crop,
+            "max_depth": max_depth,
+            "lights": lights,
+            "sky": sky,
+            "floor": floor,
+            "exposure": exposure,
+            "top": top,
+            "log": log,
+        }
+        return self._staged().render(size, (eye, target, up, fov_deg), wish, self._count(threads))
+
+    def _repr_png_(self) -> bytes | None:
+        """What a notebook shows: a small picture; nothing where there is nothing to show."""
+        return self.render((640, 360)).png() if any(len(triangles) for _, triangles in self._faces()) else None
+
+    def explain(self, ray: ArrayLike) -> str:
         """How one ray (6,) finds its answer: every box and triangle looked at, as text."""
-        native = self._built()
-        flat, _ = self._rays(np.asarray(ray).reshape(1, -1))
-        return native.explain(flat[0].tolist())
+        flat, shape = leading(ray, 6, "ray")
+        if flat.size != 6:
+            raise ValueError(f"one ray has the shape (6,), not {(*shape, 6)}")
+        native, origin = self._built()
+        near = flat.reshape(6).astype(np.float64)
+        near[:3] -= origin
+        return native.explain(near.tolist())
 
     @property
-    def stats(self):
+    def stats(self) -> dict[str, Any]:
         """Triangles, those that can never be hit, nodes, leaves, depth, bytes and surface area cost of the tree, as a dict."""
         names = ("triangles", "skipped", "nodes", "leaves", "max_depth", "bytes", "sah_cost")
-        return dict(zip(names, self._built().stats()))
+        return dict(zip(names, self._built()[0].stats()))
 
     @property
-    def bounds(self):
+    def bounds(self) -> NDArray[np.float64]:
         """Smallest and largest corner, float64 (2, 3)."""
-        return np.array(self._built().bounds(), np.float64) + self._origin
+        native, origin = self._built()
+        return np.array(native.bounds(), np.float64) + origin
 
-    def __getstate__(self):
-        state = {"quality": self._quality, "threads": self._threads}
+    def __getstate__(self) -> dict[str, Any]:
+        state: dict[str, Any] = {"quality": self._quality, "threads": self._threads}
         if self._is_opened:
-            return {**state, "file": self._native.to_bytes(self._threads)}
+            return {**state, "file": self._built()[0].to_bytes(self._threads)}
         # Smaller than the file, and soon built.
-        return {**state, "meshes": self._meshes}
+        return {**state, "meshes": self._meshes, "looks": self._looks}
 
-    def __setstate__(self, state):
-        self.__init__(quality=state["quality"], threads=state["threads"])
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        # Of a class that is derived with a constructor of its own, too.
+        Scene.__init__(self, quality=state["quality"], threads=state["threads"])
         if "file" in state:
-            self.__dict__.update(self.from_buffer(state["file"], threads=state["threads"]).__dict__)
+            opened = Scene.from_buffer(state["file"], threads=state["threads"])
+            self._ready, self._is_opened = opened._ready, True
         else:
             self._meshes = state["meshes"]
+            self._looks = state["looks"]
 
-    def __repr__(self):
-        lengths = self._native.mesh_lengths() if self._is_opened else [len(triangles) for _, triangles in self._meshes]
+    def __repr__(self) -> str:
+        lengths = self._built()[0].mesh_lengths() if self._is_opened else [len(triangles) for _, triangles in self._meshes]
         return f"<boxwood.Scene: {len(lengths)} meshes, {sum(lengths):,} triangles>"
 
-    def _built(self):
-        native = self._native
-        if native is not None:
-            return native
+    def _built(self) -> tuple[NativeScene, NDArray[np.float64]]:
+        """What answers, and what it wants to be subtracted: of one build, whatever other threads add meanwhile."""
+        ready = self._ready
+        if ready is not None:
+            return ready
         with self._lock:
-            if self._native is None:
-                self._origin = _origin_of([vertices for vertices, _ in self._meshes])
-                meshes = [(single(vertices, self._origin), triangles) for vertices, triangles in self._meshes]
-                self._native = NativeScene(meshes, self._quality, self._threads, self._notes())
-            return self._native
+            if self._ready is None:
+                origin = _origin_of([vertices for vertices, _ in self._meshes])
+                meshes = [(single(vertices, origin), triangles) for vertices, triangles in self._meshes]
+                notes = notes_of(self._quality, origin, self._meshes, self._looks)
+                self._ready = NativeScene(meshes, self._quality, self._threads, notes), origin
+            return self._ready
 
-    def _notes(self):
-        """What a file has beside what Boxwood itself needs."""
-        counts = np.array([len(vertices) for vertices, _ in self._meshes], "<u8")
-        indices = [triangles.astype("<u4").tobytes() for _, triangles in self._meshes]
-        return [
-            ("origin", self._origin.astype("<f8").tobytes()),
-            ("quality", self._quality.encode()),
-            ("vertices", counts.tobytes()),
-            ("indices", b"".join(indices)),
-        ]
+    def _staged(self) -> Studio:
+        """What pictures are made of, kept for the next one."""
+        while True:
+            native, origin = self._built()
+            with self._lock:
+                # Another thread may have added a mesh in between.
+                if self._ready is None or self._ready[0] is not native:
+                    continue
+                if self._studio is None or self._studio.native_scene is not native:
+                    self._studio = Studio(native, *self._parts(), origin, self._threads)
+                return self._studio
 
-    def _faces(self):
-        """Number of vertices and triangles of each geometry."""
-        if not self._is_opened:
-            return [(len(vertices), triangles) for vertices, triangles in self._meshes]
-        counts, indices = self._native.note("vertices"), self._native.note("indices")
-        if counts is None or indices is None:
-            raise ValueError("this file does not say which vertices triangles have: interpolate by primitive_ids and primitive_uvs")
-        lengths = self._native.mesh_lengths()
-        if len(counts) != 8 * len(lengths) or len(indices) != 12 * sum(lengths):
-            raise ValueError("the file's notes 'vertices' and 'indices' are not those of its triangles: save the scene again")
-        triangles = np.frombuffer(indices, "<u4").reshape(-1, 3)
-        parts = np.split(triangles, np.cumsum(lengths)[:-1]) if lengths else []
-        counts = np.frombuffer(counts, "<u8").tolist()
-        if any(part.size and part.max() >= count for count, part in zip(counts, parts)):
-            raise ValueError("the file's note 'indices' has vertices that are not there: save the scene again")
-        return list(zip(counts, parts))
+    def _parts(self) -> tuple[list[tuple[NDArray[np.float32], NDArray[np.uint32]]], dict[int, NativeLooks]]:
+        """The meshes, the origin subtracted, and what they look like."""
+        if self._ready is not None and self._is_opened:
+            return meshes_in(self._ready[0]), looks_in(self._ready[0])
+        origin = np.zeros(3) if self._ready is None else self._ready[1]
+        return [(single(vertices, origin), triangles) for vertices, triangles in self._meshes], self._looks
 
-    def _rays(self, rays):
-        flat, shape = leading(rays, 6, "rays")
-        return single(flat, self._origin), shape
+    def _faces(self) -> list[Faces]:
+        """Number of vertices and triangles of each mesh."""
+        if self._is_opened:
+            return faces_in(self._built()[0])
+        return [(len(vertices), triangles) for vertices, triangles in self._meshes]
 
-    def _points(self, points):
-        flat, shape = leading(points, 3, "points")
-        return single(flat, self._origin), shape
-
-    def _count(self, threads):
-        return self._threads if threads is None else _threads(threads)
-
-    def _blend(self, values, geom, prim, uvs, hit):
-        lists = values if isinstance(values, (list, tuple)) else [values]
-        faces = self._faces()
-        if len(lists) != len(faces):
-            raise ValueError(f"{len(lists)} arrays for {len(faces)} geometries")
-        lists = [np.asarray(one) for one in lists]
-        for one, (count, _) in zip(lists, faces):
-            if len(one) != count:
-                raise ValueError(f"{len(one)} values for {count} vertices")
-        result = np.full((len(hit), *lists[0].shape[1:]), np.nan, np.result_type(np.float32, *lists))
-        for number, (one, (_, triangles)) in enumerate(zip(lists, faces)):
-            mine = hit & (geom == number)
-            corners = one[triangles[prim[mine]]]
-            u, v = (uvs[mine, k].reshape(-1, *[1] * (one.ndim - 1)) for k in (0, 1))
-            result[mine] = (1 - u - v) * corners[:, 0] + u * corners[:, 1] + v * corners[:, 2]
-        return result
+    def _count(self, nthreads: Any, threads: Any = None) -> int:
+        if nthreads is not None and threads is not None and nthreads != threads:
+            raise ValueError(f"threads and nthreads mean the same: {threads} or {nthreads}?")
+        asked = nthreads if threads is None else threads
+        return self._threads if asked is None else threads_of(asked)
 
 
-def _threads(threads):
-    if not 0 <= int(threads) <= 1024:
-        raise ValueError(f"threads must be from 0 to 1024, not {threads}")
-    return int(threads)
+def _fork() -> None:
+    """In the child of a fork: what another thread of the parent held is let go, since that thread is not here."""
+    for scene in list(_SCENES):
+        scene._lock = threading.Lock()
 
 
-def _origin_of(parts):
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_fork)
+
+
+def _one(array: Any, dtype: Any, shape: tuple[int, ...], inputs: list[Any]) -> Out:
+    """For calls with one answer."""
+    return Out(None if array is None else {"out": array}, {"out": (dtype, shape)}, inputs)
+
+
+def _odd(nsamples: Any) -> None:
+    """Open3D asks for an odd number of rays to vote by."""
+    if operator.index(nsamples) < 1 or nsamples % 2 == 0:
+        raise ValueError(f"nsamples must be odd and positive, not {nsamples}")
+
+
+def _origin_of(parts: list[NDArray[Any]]) -> NDArray[np.float64]:
     """The middle of all vertices, if single precision would round any of them; else nothing is moved."""
     double = [part for part in parts if part.dtype == np.float64 and not is_single(part)]
     if not double:
         return np.zeros(3)
-    everything = np.concatenate([part.astype(np.float64) for part in parts])
-    finite = everything[np.isfinite(everything).all(axis=1)]
-    if not len(finite):
-        return np.zeros(3)
-    return np.round((finite.min(axis=0) + finite.max(axis=0)) / 2)
-
-
-def _matrices(fov_deg, center, eye, up, width, height):
-    """Intrinsic and extrinsic matrix; x to the right, y down, z ahead."""
-    center, eye, up = (np.asarray(place, np.float64) for place in (center, eye, up))
-    ahead = center - eye
-    right = np.cross(ahead, up)
-    if not np.linalg.norm(ahead) or not np.linalg.norm(right):
-        raise ValueError("center must not be eye, and up not the way that the camera looks")
-    ahead, right = ahead / np.linalg.norm(ahead), right / np.linalg.norm(right)
-    turn = np.stack([right, np.cross(ahead, right), ahead])
-    extrinsic = np.eye(4)
-    extrinsic[:3, :3], extrinsic[:3, 3] = turn, -turn @ eye
-    focal = width / 2 / np.tan(np.radians(fov_deg) / 2)
-    return np.array([[focal, 0, width / 2], [0, focal, height / 2], [0, 0, 1]]), extrinsic
+    least, most = np.full(3, np.inf), np.full(3, -np.inf)
+    for part in parts:
+        finite = part[np.isfinite(part).all(axis=1)]
+        if len(finite):
+            least, most = np.minimum(least, finite.min(axis=0)), np.maximum(most, finite.max(axis=0))
+    # Halves first: the sum may be beyond the largest number.
+    middle = np.round(least / 2 + most / 2)
+    return middle if np.isfinite(middle).all() else np.zeros(3)

@@ -1,34 +1,24 @@
 //! A scene and its questions.
 
 use crate::arrays::{column, rows, table};
-use crate::pool::on_threads;
+use crate::ask;
+use crate::float_mode::Usual;
+use crate::pool::interruptible;
+use crate::rays::{self, Limit, Origin};
 use boxwood::build::PRESETS;
-use boxwood::{Hit, HitLists, Nearest, Ray, Scene};
+use boxwood::{HitLists, Ray, Scene, SceneBuilder};
 use numpy::{PyArray1, PyArray2, PyReadonlyArray2};
-use pyo3::exceptions::{PyOSError, PyValueError};
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-
-/// What does not exist: Open3D's number for it.
-const NOTHING: u32 = u32::MAX;
 
 /// Built once; every question leaves it as it is.
 #[pyclass(frozen, name = "NativeScene", module = "boxwood._native")]
 pub(crate) struct NativeScene(pub(crate) Scene);
 
 type Column<'py, T> = Bound<'py, PyArray1<T>>;
+/// Of positions and triangles.
+type Copy = (Vec<[f32; 3]>, Vec<[u32; 3]>);
 type Table<'py, T> = Bound<'py, PyArray2<T>>;
-
-/// Positions, triangles and warnings.
-type Loaded<'py> = (Table<'py, f32>, Table<'py, u32>, Vec<String>);
-
-/// The answers to closest hits: t, geometry, primitive, weights, normal.
-type Cast<'py> = (
-    Column<'py, f32>,
-    Column<'py, u32>,
-    Column<'py, u32>,
-    Table<'py, f32>,
-    Table<'py, f32>,
-);
 
 /// All hits: offsets, rays, t, geometry, primitive, weights.
 type Listed<'py> = (
@@ -37,16 +27,6 @@ type Listed<'py> = (
     Column<'py, f32>,
     Column<'py, u32>,
     Column<'py, u32>,
-    Table<'py, f32>,
-);
-
-/// Nearest places: point, distance, geometry, primitive, weights, normal.
-type Closest<'py> = (
-    Table<'py, f32>,
-    Column<'py, f32>,
-    Column<'py, u32>,
-    Column<'py, u32>,
-    Table<'py, f32>,
     Table<'py, f32>,
 );
 
@@ -82,16 +62,12 @@ impl NativeScene {
             })
             .collect::<PyResult<Vec<_>>>()?;
         drop(meshes);
-        let built = py.detach(|| {
-            on_threads(threads, || {
-                copies
-                    .iter()
-                    .fold(Scene::builder(), |builder, (positions, indices)| {
-                        builder.mesh(positions, indices)
-                    })
-                    .options(options)
-                    .build()
-            })
+        let built = interruptible(py, threads, |_| {
+            let mesh = |builder: SceneBuilder, (positions, indices): &Copy| {
+                builder.mesh(positions, indices)
+            };
+            let builder = copies.iter().fold(Scene::builder(), mesh);
+            builder.options(options).build()
         })?;
         let scene = built.map_err(|error| PyValueError::new_err(error.to_string()))?;
         let noted = notes.into_iter().fold(scene, |scene, (name, content)| {
@@ -104,62 +80,44 @@ impl NativeScene {
     fn cast<'py>(
         &self,
         py: Python<'py>,
-        rays: PyReadonlyArray2<'py, f32>,
-        near: f32,
-        far: f32,
+        rays: rays::Table<'py>,
+        origin: Origin,
+        near: Limit<'py>,
+        far: Limit<'py>,
         threads: usize,
-    ) -> PyResult<Cast<'py>> {
-        let rays = rays_of(&rays, near, far)?;
-        let (hits, normals) = py.detach(|| {
-            on_threads(threads, || {
-                let mut hits = vec![None; rays.len()];
-                self.0.closest_hits(&rays, &mut hits);
-                let normal = |hit: &Hit| self.unit_normal(hit.geom, hit.prim);
-                let normals = each(&hits, [0.0; 3], normal);
-                (hits, normals)
-            })
-        })?;
-        Ok((
-            column(py, each(&hits, f32::INFINITY, |hit| hit.t)),
-            column(py, each(&hits, NOTHING, |hit| hit.geom)),
-            column(py, each(&hits, NOTHING, |hit| hit.prim)),
-            table(py, each(&hits, [0.0; 2], |hit| [hit.u, hit.v]))?,
-            table(py, normals)?,
-        ))
+    ) -> PyResult<ask::Cast<'py>> {
+        let rays = rays.rays(origin, &near, &far)?;
+        ask::closest_hits(py, &self.0, rays, threads)
     }
 
     /// Whether anything is in the way of each ray.
     fn occluded<'py>(
         &self,
         py: Python<'py>,
-        rays: PyReadonlyArray2<'py, f32>,
-        near: f32,
-        far: f32,
+        rays: rays::Table<'py>,
+        origin: Origin,
+        near: Limit<'py>,
+        far: Limit<'py>,
         threads: usize,
     ) -> PyResult<Column<'py, bool>> {
-        let rays = rays_of(&rays, near, far)?;
-        let occluded = py.detach(|| {
-            on_threads(threads, || {
-                let mut occluded = vec![false; rays.len()];
-                self.0.occluded_each(&rays, &mut occluded);
-                occluded
-            })
-        })?;
-        Ok(column(py, occluded))
+        let rays = rays.rays(origin, &near, &far)?;
+        ask::each(py, rays, threads, |rays, occluded| {
+            self.0.occluded_each(rays, occluded);
+        })
     }
 
     /// All hits of each ray, nearest first.
     fn list<'py>(
         &self,
         py: Python<'py>,
-        rays: PyReadonlyArray2<'py, f32>,
-        near: f32,
-        far: f32,
+        rays: rays::Table<'py>,
+        origin: Origin,
+        near: Limit<'py>,
+        far: Limit<'py>,
         threads: usize,
     ) -> PyResult<Listed<'py>> {
-        let rays = rays_of(&rays, near, far)?;
-        let HitLists { splits, hits } =
-            py.detach(|| on_threads(threads, || self.0.list_hits(&rays)))?;
+        let rays = rays.rays(origin, &near, &far)?;
+        let HitLists { splits, hits } = interruptible(py, threads, |_| self.0.list_hits(&rays))?;
         let lengths = splits.windows(2).map(|ends| ends[1] - ends[0]);
         let mut ids = Vec::with_capacity(hits.len());
         for (length, ray) in lengths.zip(0_i64..) {
@@ -179,88 +137,63 @@ impl NativeScene {
     fn count<'py>(
         &self,
         py: Python<'py>,
-        rays: PyReadonlyArray2<'py, f32>,
-        near: f32,
-        far: f32,
+        rays: rays::Table<'py>,
+        origin: Origin,
+        near: Limit<'py>,
+        far: Limit<'py>,
         threads: usize,
     ) -> PyResult<Column<'py, i64>> {
-        let rays = rays_of(&rays, near, far)?;
-        let counts = py.detach(|| {
-            on_threads(threads, || {
-                let mut counts = vec![0; rays.len()];
-                self.0.count_hits(&rays, &mut counts);
-                counts
-            })
-        })?;
-        Ok(column(py, counts.into_iter().map(i64::from).collect()))
+        let rays = rays.rays(origin, &near, &far)?;
+        ask::each(py, rays, threads, |rays, counts: &mut [i64]| {
+            let numbers = &mut [0; ask::PIECE][..rays.len()];
+            self.0.count_hits(rays, numbers);
+            for (count, number) in counts.iter_mut().zip(numbers) {
+                *count = i64::from(*number);
+            }
+        })
     }
 
     /// The nearest place of the surface for each point.
     fn nearest<'py>(
         &self,
         py: Python<'py>,
-        points: PyReadonlyArray2<'py, f32>,
+        points: rays::Table<'py>,
+        origin: Origin,
         threads: usize,
-    ) -> PyResult<Closest<'py>> {
-        let points = rows::<f32, 3>(&points, "points")?;
-        let (places, normals) = py.detach(|| {
-            on_threads(threads, || {
-                let mut places = vec![None; points.len()];
-                self.0.closest_points(&points, &mut places);
-                let normal = |place: &Nearest| self.unit_normal(place.geom, place.prim);
-                let normals = each(&places, [0.0; 3], normal);
-                (places, normals)
-            })
-        })?;
-        Ok((
-            table(py, each(&places, [f32::NAN; 3], |place| place.point))?,
-            column(py, each(&places, f32::NAN, |place| place.distance)),
-            column(py, each(&places, NOTHING, |place| place.geom)),
-            column(py, each(&places, NOTHING, |place| place.prim)),
-            table(py, each(&places, [0.0; 2], |place| [place.u, place.v]))?,
-            table(py, normals)?,
-        ))
+    ) -> PyResult<ask::Closest<'py>> {
+        ask::closest_points(py, &self.0, points.points(origin)?, threads)
     }
 
     /// Distances, negative inside.
     fn signed<'py>(
         &self,
         py: Python<'py>,
-        points: PyReadonlyArray2<'py, f32>,
+        points: rays::Table<'py>,
+        origin: Origin,
         threads: usize,
     ) -> PyResult<Column<'py, f32>> {
-        let points = rows::<f32, 3>(&points, "points")?;
-        let distances = py.detach(|| {
-            on_threads(threads, || {
-                let mut distances = vec![0.0; points.len()];
-                self.0.signed_distances(&points, &mut distances);
-                distances
-            })
-        })?;
-        Ok(column(py, distances))
+        ask::each_point(py, points.points(origin)?, threads, |points, distances| {
+            self.0.signed_distances(points, distances);
+        })
     }
 
     /// Whether each point is inside.
     fn inside<'py>(
         &self,
         py: Python<'py>,
-        points: PyReadonlyArray2<'py, f32>,
+        points: rays::Table<'py>,
+        origin: Origin,
         threads: usize,
     ) -> PyResult<Column<'py, bool>> {
-        let points = rows::<f32, 3>(&points, "points")?;
-        let inside = py.detach(|| {
-            on_threads(threads, || {
-                let mut inside = vec![false; points.len()];
-                self.0.is_inside_each(&points, &mut inside);
-                inside
-            })
-        })?;
-        Ok(column(py, inside))
+        ask::each_point(py, points.points(origin)?, threads, |points, inside| {
+            self.0.is_inside_each(points, inside);
+        })
     }
 
     /// How one ray finds its answer, as text.
     fn explain(&self, ray: [f32; 6]) -> String {
         let [ox, oy, oz, dx, dy, dz] = ray;
+        let _usual = Usual::enter();
         let walk = boxwood_trace::walk(&self.0, &Ray::new([ox, oy, oz], [dx, dy, dz]));
         walk.text(usize::MAX)
     }
@@ -284,55 +217,4 @@ impl NativeScene {
         let bounds = self.0.bounds();
         (bounds.min, bounds.max)
     }
-}
-
-impl NativeScene {
-    /// In double precision, since squares of lengths may be beyond single precision.
-    fn unit_normal(&self, geom: u32, prim: u32) -> [f32; 3] {
-        let normal = self
-            .0
-            .triangle(geom, prim)
-            .map_or([0.0; 3], |triangle| triangle.normal())
-            .map(f64::from);
-        let length = normal.iter().map(|x| x * x).sum::<f64>().sqrt();
-        if length > 0.0 {
-            normal.map(|x| (x / length) as f32)
-        } else {
-            [0.0; 3]
-        }
-    }
-}
-
-/// One number of each answer, `missing` where there is none.
-fn each<T, U: Copy>(answers: &[Option<T>], missing: U, of: impl Fn(&T) -> U) -> Vec<U> {
-    let number = |answer: &Option<T>| answer.as_ref().map_or(missing, &of);
-    answers.iter().map(number).collect()
-}
-
-/// Rays from rows of origin and direction.
-fn rays_of(array: &PyReadonlyArray2<'_, f32>, near: f32, far: f32) -> PyResult<Vec<Ray>> {
-    let rows = rows::<f32, 6>(array, "rays")?;
-    let ray = |[ox, oy, oz, dx, dy, dz]: [f32; 6]| Ray {
-        origin: [ox, oy, oz],
-        t_min: near,
-        dir: [dx, dy, dz],
-        t_max: far,
-    };
-    Ok(rows.into_iter().map(ray).collect())
-}
-
-/// Positions and triangles of a file, instances multiplied out, and what was tolerated.
-#[pyfunction]
-pub(crate) fn load<'py>(py: Python<'py>, path: &str) -> PyResult<Loaded<'py>> {
-    let (mesh, warnings) = py
-        .detach(|| {
-            let model = boxwood_scene::open(path)?;
-            Ok((model.flatten()?, model.warnings))
-        })
-        .map_err(|error: boxwood_scene::LoadError| PyOSError::new_err(error.to_string()))?;
-    Ok((
-        table(py, mesh.positions)?,
-        table(py, mesh.indices)?,
-        warnings,
-    ))
 }

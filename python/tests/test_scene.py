@@ -63,6 +63,13 @@ def test_any_type_and_stride(cube, kind):
         assert np.array_equal(cube.cast_rays(same)["t_hit"], expected)
 
 
+def test_an_array_may_begin_at_an_odd_address(cube):
+    rays = np.array([[0.3, 0.4, -2, 0, 0, 1]] * 4, np.float32)
+    odd = np.frombuffer(b"-" + rays.tobytes(), np.uint8)[1:].view(np.float32).reshape(4, 6)
+    assert not odd.flags.aligned
+    assert cube.cast_rays(odd)["t_hit"].tolist() == [2.0] * 4
+
+
 def test_map_coordinates_keep_their_places():
     far = np.array([448_262.125, 5_411_932.678, 100.0])
     scene = boxwood.Scene()
@@ -163,9 +170,9 @@ def test_the_array_that_was_given_may_change(cube):
 
 
 def test_files_and_their_mistakes(tmp_path):
-    scene = boxwood.Scene.load("builtin:sphere?n=2000")
-    assert scene.stats["triangles"] == boxwood.Scene.load("builtin:sphere?n=2000").stats["triangles"]
-    assert 1000 < scene.stats["triangles"] <= 2000
+    scene = boxwood.Scene.load("builtin:sphere?n=1800")
+    assert scene.stats["triangles"] == boxwood.Scene.load("builtin:sphere?n=1800").stats["triangles"]
+    assert scene.stats["triangles"] == 1800
     broken = tmp_path / "broken.obj"
     broken.write_text("v 0 0 0\nf 1 2 3\n")
     with pytest.raises(OSError, match="broken.obj:2"):

@@ -6,7 +6,12 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// What the tests need besides the wheel.
-const TOOLS: [&str; 3] = ["maturin>=1.9,<2", "pytest>=8", "trimesh>=4"];
+const TOOLS: [&str; 4] = [
+    "maturin>=1.9,<2",
+    "pytest>=8",
+    "trimesh>=4",
+    "dask[array,distributed]>=2025.1",
+];
 /// Largest wheel, in bytes.
 const MAX_WHEEL: u64 = 3_000_000;
 

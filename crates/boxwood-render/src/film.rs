@@ -156,6 +156,15 @@ impl Film {
     /// The picture for a screen: exposed, tone-mapped, sRGB, with the legend of the scale where it
     /// fits in. Tiles that are not done are a dim checkerboard.
     pub fn to_image(&self) -> Image {
+        let mut image = self.to_plain_image();
+        if let Some(scale) = &self.scale {
+            legend::draw(&mut image, scale);
+        }
+        image
+    }
+
+    /// [`Film::to_image`] without a legend: of a crop the same pixels as there in the whole.
+    pub fn to_plain_image(&self) -> Image {
         let width = self.width() as usize;
         let code_of = |pixel: usize| {
             if self.is_finished(pixel) {
@@ -167,15 +176,11 @@ impl Film {
                 unexposed_checker(pixel % width, pixel / width)
             }
         };
-        let mut image = Image {
+        Image {
             width: self.width(),
             height: self.height(),
             rgb: map_each(self.color.len(), code_of),
-        };
-        if let Some(scale) = &self.scale {
-            legend::draw(&mut image, scale);
         }
-        image
     }
 }
 

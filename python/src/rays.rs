@@ -1,0 +1,126 @@
+//! Rays and points from arrays.
+
+use crate::arrays::room;
+use boxwood::Ray;
+use numpy::{PyReadonlyArray1, PyReadonlyArrayDyn, PyUntypedArrayMethods};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use std::sync::{Mutex, PoisonError};
+
+/// Rows of numbers in one of two precisions, contiguous; all axes but the last count rows.
+#[derive(FromPyObject)]
+pub(crate) enum Table<'py> {
+    Single(PyReadonlyArrayDyn<'py, f32>),
+    Double(PyReadonlyArrayDyn<'py, f64>),
+}
+
+/// One number for all rays, or one for each.
+#[derive(FromPyObject)]
+pub(crate) enum Limit<'py> {
+    All(f32),
+    Each(PyReadonlyArray1<'py, f32>),
+}
+
+/// What to subtract from coordinates before they become single precision.
+pub(crate) type Origin = [f64; 3];
+
+impl Table<'_> {
+    fn shape(&self) -> &[usize] {
+        match self {
+            Self::Single(array) => array.shape(),
+            Self::Double(array) => array.shape(),
+        }
+    }
+
+    fn rows(&self) -> usize {
+        self.shape().iter().rev().skip(1).product()
+    }
+
+    /// Copies of the rows as `row` makes them of `N` numbers, in the place of what is spare.
+    fn copied<const N: usize, T>(
+        &self,
+        what: &str,
+        origin: Origin,
+        spare: Vec<T>,
+        mut row: impl FnMut(usize, [f32; N]) -> T,
+    ) -> PyResult<Vec<T>> {
+        let broken = |why: &str| PyValueError::new_err(format!("{what} {why}"));
+        if self.shape().last() != Some(&N) {
+            return Err(broken(&format!("must have {N} columns")));
+        }
+        let scattered = |_| broken("must be contiguous");
+        let mut rows = room(spare, self.rows())?;
+        match self {
+            Self::Single(array) if origin == [0.0; 3] => {
+                let numbers = array.as_slice().map_err(scattered)?.as_chunks::<N>().0;
+                rows.extend(numbers.iter().enumerate().map(|(i, x)| row(i, *x)));
+            }
+            Self::Single(array) => {
+                let numbers = array.as_slice().map_err(scattered)?.as_chunks::<N>().0;
+                let near = numbers.iter().map(|x| moved(x.map(f64::from), origin));
+                rows.extend(near.enumerate().map(|(i, x)| row(i, x)));
+            }
+            Self::Double(array) => {
+                let numbers = array.as_slice().map_err(scattered)?.as_chunks::<N>().0;
+                let near = numbers.iter().map(|x| moved(*x, origin));
+                rows.extend(near.enumerate().map(|(i, x)| row(i, x)));
+            }
+        }
+        Ok(rows)
+    }
+
+    /// Rays from rows of origin and direction.
+    pub(crate) fn rays(&self, origin: Origin, near: &Limit, far: &Limit) -> PyResult<Vec<Ray>> {
+        let rays = self.rows();
+        let (near, far) = (near.read(rays, "tnear")?, far.read(rays, "tfar")?);
+        let spare = std::mem::take(&mut *SPARE.lock().unwrap_or_else(PoisonError::into_inner));
+        self.copied("rays", origin, spare, |i, [ox, oy, oz, dx, dy, dz]| Ray {
+            origin: [ox, oy, oz],
+            t_min: near(i),
+            dir: [dx, dy, dz],
+            t_max: far(i),
+        })
+    }
+
+    /// Points from rows.
+    pub(crate) fn points(&self, origin: Origin) -> PyResult<Vec<[f32; 3]>> {
+        self.copied("points", origin, Vec::new(), |_, point| point)
+    }
+}
+
+/// Memory of rays that were answered, for the next ones: the system lays out new memory page by page, which took a tenth of
+/// the time of a million rays.
+static SPARE: Mutex<Vec<Ray>> = Mutex::new(Vec::new());
+
+/// Most rays to keep memory for: 32 MiB.
+const MOST_SPARE: usize = 1 << 20;
+
+/// Keeps the memory of rays for [`Table::rays`].
+pub(crate) fn keep(mut rays: Vec<Ray>) {
+    if rays.capacity() <= MOST_SPARE {
+        rays.clear();
+        *SPARE.lock().unwrap_or_else(PoisonError::into_inner) = rays;
+    }
+}
+
+/// In the three first columns.
+fn moved<const N: usize>(numbers: [f64; N], origin: Origin) -> [f32; N] {
+    let by = |column: usize| origin.get(column).copied().unwrap_or(0.0);
+    std::array::from_fn(|column| (numbers[column] - by(column)) as f32)
+}
+
+impl Limit<'_> {
+    fn read(&self, rays: usize, what: &str) -> PyResult<impl Fn(usize) -> f32> {
+        let (all, each) = match self {
+            Self::All(number) => (*number, None),
+            Self::Each(array) => (0.0, array.as_slice().ok()),
+        };
+        match each {
+            Some(each) if each.len() != rays => Err(PyValueError::new_err(format!(
+                "{what} has {} numbers for {rays} rays",
+                each.len()
+            ))),
+            _ => Ok(move |i: usize| each.map_or(all, |each| each[i])),
+        }
+    }
+}
