@@ -28,32 +28,13 @@ fn a_saved_scene_is_a_file_like_others() {
             "{saved} {built}"
         );
     }
-    expect(
-        at,
-        &[
-            "render",
-            "a.bwx",
-            SMALL,
-            "-o",
-            "a.png",
-            "--shading",
-            "normal",
-        ],
-        0,
-    );
-    expect(
-        at,
-        &[
-            "render",
-            "builtin:sphere?n=1800",
-            SMALL,
-            "-o",
-            "b.png",
-            "--shading",
-            "normal",
-        ],
-        0,
-    );
+    // Neither normals nor cameras are saved.
+    let camera = "--vp 0,-4,3 --vi 0,0,0 --vu 0,0,1 --fov 40 --shading heat-tests";
+    for (file, picture) in [("a.bwx", "a.png"), ("builtin:sphere?n=1800", "b.png")] {
+        let mut args = vec!["render", file, SMALL, "-o", picture];
+        args.extend(camera.split(' '));
+        expect(at, &args, 0);
+    }
     expect(at, &["diff", "a.png", "b.png"], 0);
     // Saved again it is the same file.
     expect(at, &["build", "a.bwx", "-o", "b.bwx"], 0);
