@@ -147,5 +147,5 @@ def _filled(data: Any) -> Any:
     """Masked numbers are not known: NaN, which nothing meets."""
     if isinstance(data, np.ma.MaskedArray) and data.dtype.kind in "fiu":
         wide = data if data.dtype == np.float32 else data.astype(np.float64)
-        return wide.filled(np.nan)
+        return np.ma.filled(wide, np.nan)
     return data

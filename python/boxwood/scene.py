@@ -391,6 +391,30 @@ class Scene:
         }
         return self._staged().render(size, (eye, target, up, fov_deg), wish, self._count(threads))
 
+    def camera(
+        self,
+        size: tuple[int, int] = (960, 540),
+        *,
+        eye: ArrayLike | None = None,
+        target: ArrayLike | None = None,
+        up: ArrayLike | None = None,
+        fov_deg: float | None = None,
+        threads: int | None = None,
+    ) -> dict[str, Any]:
+        """The camera that :meth:`render` takes for a picture of this size: ``eye``, ``target``, ``up``, float64 (3,), and
+        ``fov_deg``, vertical."""
+        return self._staged().camera(size, (eye, target, up, fov_deg), self._count(threads))
+
+    def mesh(self, geometry_id: int = 0) -> tuple[NDArray[Any], NDArray[np.uint32]]:
+        """Positions (V, 3), float32 or float64, and triangles (F, 3), uint32, of a mesh, as they were given: read-only."""
+        meshes = self._meshes
+        number = operator.index(geometry_id)
+        if not 0 <= number < len(meshes):
+            raise ValueError(f"there is no geometry {number}: the scene has {len(meshes)}")
+        vertices, triangles = (array.view() for array in meshes[number])
+        vertices.flags.writeable = triangles.flags.writeable = False
+        return vertices, triangles
+
     def _repr_png_(self) -> bytes | None:
         """What a notebook shows: a small picture; nothing where there is nothing to show."""
         return self.render((640, 360)).png() if any(len(triangles) for _, triangles in self._meshes) else None

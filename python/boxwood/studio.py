@@ -10,12 +10,12 @@ import numpy as np
 from ._native import SHADINGS as _SHADINGS
 from ._native import NativeStudio
 from .arrays import single
-from .picture import Picture
+from .picture import Picture, camera_of
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-    from ._native import NativeLooks, NativeScene
+    from ._native import NativeLooks, NativeScene, Place
 
 __all__ = ["SHADINGS", "Studio"]
 
@@ -42,17 +42,25 @@ class Studio:
         parts = [(single(vertices, origin), triangles, looks.get(number)) for number, (vertices, triangles) in enumerate(meshes)]
         self._native = NativeStudio(native, parts, (origin[0], origin[1], origin[2]), threads)
 
+    def camera(self, size: Any, place: tuple[Any, Any, Any, Any], threads: int) -> dict[str, Any]:
+        """What :attr:`Picture.camera` of :meth:`render` would say."""
+        width, height = _whole(size, 2, "size")
+        return camera_of(self._native.camera([width, height], self._where(place), threads), self._origin)
+
     def render(self, size: Any, place: tuple[Any, Any, Any, Any], wish: dict[str, Any], threads: int) -> Picture:
         if self._empty:
             raise ValueError("the scene has no triangles to show")
-        eye, target, up, fov = place
-        where = (self._moved(eye, "eye"), self._moved(target, "target"), _triple(up, "up"), None if fov is None else float(fov))
+        where = self._where(place)
         wish["crop"] = None if wish["crop"] is None else _whole(wish["crop"], 4, "crop")
         wish["samples"] = None if wish["samples"] is None else operator.index(wish["samples"])
         wish["seed"], wish["max_depth"] = operator.index(wish["seed"]), operator.index(wish["max_depth"])
         wish["lights"] = [self._lamp(lamp) for lamp in wish["lights"]]
         width, height = _whole(size, 2, "size")
         return Picture(self._native.render([width, height], where, wish, threads), self._starts, self._origin)
+
+    def _where(self, place: tuple[Any, Any, Any, Any]) -> Place:
+        eye, target, up, fov = place
+        return self._moved(eye, "eye"), self._moved(target, "target"), _triple(up, "up"), None if fov is None else float(fov)
 
     def _lamp(self, lamp: ArrayLike) -> tuple[list[float], float]:
         numbers = np.asarray(lamp, np.float64)
