@@ -91,14 +91,6 @@ def is_single(array: NDArray[np.float64]) -> bool:
         return bool(np.all((array.astype(np.float32) == array) | np.isnan(array)))
 
 
-def single(array: NDArray[Any], origin: NDArray[np.float64]) -> NDArray[np.float32]:
-    """A contiguous float32 array of positions, moved by `-origin` in double precision."""
-    if np.any(origin):
-        array = array.astype(np.float64) - origin
-    with np.errstate(over="ignore", invalid="ignore"):
-        return np.ascontiguousarray(array, dtype=np.float32)
-
-
 class Out:
     """Arrays that a caller wants to be filled: looked at before the work, written after it has succeeded.
 

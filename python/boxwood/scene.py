@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ._native import NativeLooks, NativeScene, load
-from .arrays import INVALID_ID, Out, is_single, leading, limit_of, single, threads_of, triangles_of, vertices_of
+from .arrays import INVALID_ID, Out, is_single, leading, limit_of, threads_of, triangles_of, vertices_of
 from .blend import blend
 from .camera import pinhole
 from .picture import Picture
@@ -462,8 +462,7 @@ class Scene:
         with self._lock:
             if self._ready is None:
                 origin = _origin_of([vertices for vertices, _ in self._meshes])
-                meshes = [(single(vertices, origin), triangles) for vertices, triangles in self._meshes]
-                self._ready = NativeScene(meshes, self._quality, self._threads), origin
+                self._ready = NativeScene(self._meshes, origin, self._quality, self._threads), origin
             return self._ready
 
     def _staged(self) -> Studio:

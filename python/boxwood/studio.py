@@ -9,7 +9,6 @@ import numpy as np
 
 from ._native import SHADINGS as _SHADINGS
 from ._native import NativeStudio
-from .arrays import single
 from .picture import Picture, camera_of
 
 if TYPE_CHECKING:
@@ -39,7 +38,7 @@ class Studio:
         counts = [len(triangles) for _, triangles in meshes]
         self._empty = not sum(counts)
         self._starts = np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
-        parts = [(single(vertices, origin), triangles, looks.get(number)) for number, (vertices, triangles) in enumerate(meshes)]
+        parts = [(vertices, triangles, looks.get(number)) for number, (vertices, triangles) in enumerate(meshes)]
         self._native = NativeStudio(native, parts, (origin[0], origin[1], origin[2]), threads)
 
     def camera(self, size: Any, place: tuple[Any, Any, Any, Any], threads: int) -> dict[str, Any]:

@@ -1,8 +1,10 @@
 //! Pictures of scenes.
 
 use crate::arrays::{array3, column, rows};
+use crate::float_mode::Usual;
 use crate::looks::{Gathered, NativeLooks};
 use crate::pool::interruptible;
+use crate::rays::{Origin, Table};
 use crate::scene::NativeScene;
 use boxwood::Scene;
 use boxwood_render::{
@@ -39,7 +41,7 @@ enum Source {
 
 /// Positions, triangles and looks of a mesh.
 type Part<'py> = (
-    PyReadonlyArray2<'py, f32>,
+    Table<'py>,
     PyReadonlyArray2<'py, u32>,
     Option<Bound<'py, NativeLooks>>,
 );
@@ -80,14 +82,18 @@ impl NativeStudio {
         py: Python<'_>,
         scene: Py<NativeScene>,
         parts: Vec<Part<'_>>,
-        origin: [f64; 3],
+        origin: Origin,
         threads: usize,
     ) -> PyResult<Self> {
         let mut looks = Gathered::default();
         for (positions, indices, look) in &parts {
-            let (positions, indices) = (rows(positions, "vertices")?, rows(indices, "triangles")?);
+            let (positions, indices) = (
+                positions.points("vertices", origin)?,
+                rows(indices, "triangles")?,
+            );
             looks.add(positions, &indices, look.as_ref().map(Bound::get))?;
         }
+        let _usual = Usual::enter();
         for camera in &mut looks.model.cameras {
             camera.eye = moved(camera.eye, origin);
             camera.target = moved(camera.target, origin);
@@ -130,7 +136,10 @@ impl NativeStudio {
         threads: usize,
     ) -> PyResult<NativePicture> {
         let view = self.view(py, size, place, threads)?;
-        let options = wish.options(self.scene()).map_err(raised)?;
+        let options = {
+            let _usual = Usual::enter();
+            wish.options(self.scene()).map_err(raised)?
+        };
         let film = interruptible(py, threads, |cancel| {
             let watch = Watch {
                 cancel: Some(cancel),
@@ -142,6 +151,7 @@ impl NativeStudio {
             film: film.map_err(raised)?,
             shading: options.shading,
             camera: view.camera(),
+            threads,
         })
     }
 }
@@ -166,6 +176,7 @@ impl NativeStudio {
         (eye, target, up, fov): Place,
         threads: usize,
     ) -> PyResult<View> {
+        let _usual = Usual::enter();
         let base = match self.looks.model.cameras.first() {
             Some(camera) => *camera,
             None => interruptible(py, threads, |_| {
@@ -221,7 +232,7 @@ fn light(&(position, power): &Lamp, scene: &Scene) -> PointLight {
     }
 }
 
-fn moved(place: [f32; 3], origin: [f64; 3]) -> [f32; 3] {
+fn moved(place: [f32; 3], origin: Origin) -> [f32; 3] {
     std::array::from_fn(|axis| (f64::from(place[axis]) - origin[axis]) as f32)
 }
 
@@ -240,6 +251,8 @@ pub(crate) struct NativePicture {
     film: Film,
     shading: &'static Shading,
     camera: Camera,
+    /// Pixels are made in the same pool as the film, not in one that a fork would break.
+    threads: usize,
 }
 
 #[pymethods]
@@ -268,7 +281,7 @@ impl NativePicture {
 
     /// Eight bits of sRGB, without a legend.
     fn pixels<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray3<u8>>> {
-        let image = py.detach(|| self.film.to_plain_image());
+        let image = interruptible(py, self.threads, |_| self.film.to_plain_image())?;
         array3(py, image.rgb, self.shape())
     }
 
@@ -294,9 +307,11 @@ impl NativePicture {
 
     /// A PNG file.
     fn png<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
-        let mut bytes = Vec::new();
-        py.detach(|| self.write_png(&mut bytes)).map_err(raised)?;
-        Ok(PyBytes::new(py, &bytes))
+        let bytes = interruptible(py, self.threads, |_| {
+            let mut bytes = Vec::new();
+            self.write_png(&mut bytes).map(|()| bytes)
+        })?;
+        Ok(PyBytes::new(py, &bytes.map_err(raised)?))
     }
 
     /// Writes a PNG or an EXR file beside `path` and renames it.
@@ -310,7 +325,7 @@ impl NativePicture {
                 }
             })
         };
-        py.detach(save).map_err(raised)
+        interruptible(py, self.threads, |_| save())?.map_err(raised)
     }
 }
 

@@ -67,7 +67,7 @@ def test_arrays_that_do_not_fit_are_refused_and_left_alone(ball, rays):
 def test_nothing_is_written_when_a_call_fails(ball, rays):
     out = np.full((40, 50), 7, np.float32)
     with pytest.raises(ValueError, match="values for"):
-        ball.cast_rays(rays, interpolate={"x": [1.0, 2.0]}, out={"t_hit": out})
+        ball.cast_rays(rays, interpolate={"x": np.array([1.0, 2.0])}, out={"t_hit": out})
     assert (out == 7).all()
 
 

@@ -12,6 +12,9 @@ from .terrain import Terrain
 
 __all__ = ["sky_view_factor"]
 
+#: Rays in one go, so that memory stays small.
+_MOST = 1 << 19
+
 
 def sky_view_factor(
     elevation: Terrain | ArrayLike,
@@ -56,15 +59,17 @@ def sky_view_factor(
         raise ValueError(f"weight must be 'cosine' or 'solid_angle', not {weight!r}")
     terrain = elevation if isinstance(elevation, Terrain) else Terrain(elevation, cell_size)
     ways = hemisphere(count_of(directions, "directions"), seed, cosine=weight == "cosine")
-    rays = np.empty((*terrain.shape, 6), np.float32)
-    rays[..., :3] = terrain.points + [0, 0, height]
-    # The ground that a ray starts on does not hide the sky.
-    near = 1e-3 * min(terrain.cell_size)
+    # The rays start a little above the ground, such that those into a slope meet it; by more than single precision rounds off.
+    rounding = 4 * np.spacing(np.float32(np.nanmax(np.abs(terrain.points), initial=0)))
+    lift = height + max(1e-3 * min(terrain.cell_size), float(rounding))
+    starts = (terrain.points + [0, 0, lift]).astype(np.float32)
     seen = np.zeros(terrain.shape, np.int64)
-    # One direction for all cells at a time: rays side by side go through the same boxes.
-    for way in ways:
-        rays[..., 3:] = way
-        seen += ~terrain.scene.test_occlusions(rays, tnear=near, tfar=max_distance, threads=threads)
+    # One direction for all cells beside each other: such rays go through the same boxes.
+    step = max(1, _MOST // max(1, seen.size))
+    for first in range(0, len(ways), step):
+        some = ways[first : first + step, None, None].astype(np.float32)
+        rays = np.concatenate(np.broadcast_arrays(starts, some), axis=-1)
+        seen += np.sum(~terrain.scene.test_occlusions(rays, tfar=max_distance, threads=threads), axis=0)
     share = (seen / len(ways)).astype(np.float32)
     share[~np.isfinite(terrain.points[..., 2])] = np.nan
     return share
