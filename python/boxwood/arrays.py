@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import operator
-from typing import Any, Mapping
+from typing import TYPE_CHECKING, Any, Mapping
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
 
 #: The number of what does not exist, as in Open3D.
 INVALID_ID = np.uint32(0xFFFFFFFF)

@@ -7,10 +7,9 @@ import os
 import threading
 import warnings
 import weakref
-from typing import Any, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, Mapping, Sequence
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
 
 from ._native import NativeLooks, NativeScene, load
 from .arrays import INVALID_ID, Out, is_single, leading, limit_of, threads_of, triangles_of, vertices_of
@@ -18,6 +17,9 @@ from .blend import blend
 from .camera import pinhole
 from .picture import Picture
 from .studio import Studio
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
 
 __all__ = ["INVALID_ID", "Scene"]
 

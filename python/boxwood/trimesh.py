@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
 
 from .arrays import INVALID_ID
 from .scene import Scene
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
 
 __all__ = ["RayMeshIntersector"]
 
 
 class RayMeshIntersector:
     """trimesh's ray interface over Boxwood: all hits in one walk, each triangle once, edges and corners included.
+
+    A ray that runs exactly along the outline of a mesh, as along the edge of a box, passes it on one side by a fixed rule: it enters
+    and leaves, or does neither, and never half of both. trimesh's Embree counts all of those as hits.
 
     Parameters
     ----------

@@ -26,4 +26,5 @@ rays = scene.create_rays_pinhole(
     fov_deg=wide, center=camera["target"], eye=camera["eye"], up=camera["up"], width_px=size[0], height_px=size[1]
 )
 picture = scene.cast_rays(rays, interpolate={"share": share})["share"]
-plt.imsave(sys.argv[1] if len(sys.argv) > 1 else "ambient_occlusion.png", np.where(np.isnan(picture), 1, picture), cmap="gray", vmin=0, vmax=1)
+shown = np.where(np.isnan(picture)[..., None], [0.62, 0.72, 0.85], picture[..., None])
+plt.imsave(sys.argv[1] if len(sys.argv) > 1 else "ambient_occlusion.png", np.clip(shown, 0, 1))

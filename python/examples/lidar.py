@@ -18,8 +18,8 @@ low, high = scene.bounds
 # These scenes have y up; the sensor's z goes there, its x to the world's x.
 pose = np.eye(4)
 pose[:3, :3] = np.array([[1, 0, 0], [0, 0, -1], [0, 1, 0]]).T
-pose[:3, 3] = low + (high - low) * [0.5, 0.3, 0.5]
-pattern = jobs.Spinning(beams=64, lowest_deg=-35, highest_deg=35, azimuths=1440)
+pose[:3, 3] = low + (high - low) * [0.5, 0.65, 0.45]
+pattern = jobs.Spinning(beams=64, lowest_deg=-50, highest_deg=30, azimuths=1440)
 scan = jobs.lidar_scan(scene, pose, pattern, range_noise=0.0005 * float(np.linalg.norm(high - low)), seed=1)
 
 figure, (above, panorama) = plt.subplots(2, 1, figsize=(7.2, 7.6), height_ratios=[3, 1.2], layout="constrained")
@@ -30,7 +30,7 @@ above.set(aspect="equal", title=f"{len(points):,} points of one turn, seen from 
 above.invert_yaxis()
 ranges = np.where(np.isfinite(scan["ranges"]), scan["ranges"], np.nan)
 # Azimuth grows to the left.
-image = panorama.imshow(ranges.T[::-1, ::-1], cmap="magma_r", extent=(360, 0, -35, 35), aspect="auto")
+image = panorama.imshow(ranges.T[::-1, ::-1], cmap="magma_r", extent=(360, 0, -50, 30), aspect="auto")
 panorama.set(title="ranges", xlabel="azimuth in degrees", ylabel="elevation")
 figure.colorbar(image)
 figure.savefig(sys.argv[1] if len(sys.argv) > 1 else "lidar.png", dpi=100)

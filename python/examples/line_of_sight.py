@@ -12,7 +12,7 @@ from terrain import hills, relief
 from boxwood import jobs
 
 CELL, MAST = 20.0, 12.0
-terrain = jobs.Terrain(hills(cell_size=CELL), CELL)
+terrain = jobs.Terrain(hills(), CELL)
 cells = np.random.default_rng(8).integers(12, 244, (14, 2))
 tops = terrain.points[cells[:, 0], cells[:, 1]] + [0, 0, MAST]
 sees = jobs.line_of_sight(terrain.scene, tops[:, None], tops[None])

@@ -11,7 +11,7 @@ from terrain import hills
 from boxwood import jobs
 
 CELL = 20.0
-elevation = hills(cell_size=CELL, height=900)
+elevation = hills(height=1200)
 share = jobs.sky_view_factor(elevation, cell_size=CELL, directions=64, weight="solid_angle")
 
 figure, axis = plt.subplots(figsize=(6.4, 5.4), layout="constrained")

@@ -3,19 +3,18 @@
 import numpy as np
 
 
-def hills(size: int = 256, cell_size: float = 20.0, height: float = 400.0, seed: int = 3) -> np.ndarray:
-    """(size, size) elevations: noise of many sizes, half as high at twice the frequency, with a valley through the middle."""
+def hills(size: int = 256, height: float = 400.0, seed: int = 3) -> np.ndarray:
+    """(size, size) elevations: noise whose amplitude falls with its frequency, as that of mountains does, and a winding valley."""
     random = np.random.default_rng(seed)
-    ground = np.zeros((size, size))
-    for octave in range(2, 8):
-        coarse = random.normal(size=(2**octave + 1, 2**octave + 1))
-        at = np.linspace(0, 2**octave, size)
-        rows = np.array([np.interp(at, np.arange(2**octave + 1), line) for line in coarse])
-        both = np.array([np.interp(at, np.arange(2**octave + 1), line) for line in rows.T]).T
-        ground += both / 2 ** (octave - 2)
+    frequency = np.fft.fftfreq(2 * size)
+    far = np.hypot(frequency[:, None], frequency[None, :])
+    far[0, 0] = np.inf
+    waves = np.fft.fft2(random.normal(size=far.shape)) / far**2.1
+    # A part of a larger sheet, which does not repeat.
+    ground = np.real(np.fft.ifft2(waves))[:size, :size]
+    ground = (ground - ground.min()) / np.ptp(ground)
     across = np.linspace(-1, 1, size)[:, None] - 0.35 * np.sin(np.linspace(0, 5, size))[None, :]
-    ground = ground - ground.min()
-    return ground / ground.max() * height * (0.15 + 0.85 * (1 - np.exp(-((across / 0.35) ** 2))))
+    return height * ground * (0.2 + 0.8 * (1 - np.exp(-((across / 0.3) ** 2))))
 
 
 def relief(elevation: np.ndarray, cell_size: float) -> np.ndarray:

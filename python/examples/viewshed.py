@@ -12,7 +12,7 @@ from terrain import hills, relief
 from boxwood import jobs
 
 CELL = 20.0
-elevation = hills(cell_size=CELL)
+elevation = hills()
 observer = np.unravel_index(np.argmax(elevation[60:120, 60:200]), (60, 140))
 observer = (int(observer[0]) + 60, int(observer[1]) + 60)
 seen = jobs.viewshed(elevation, observer, cell_size=CELL, observer_height=1.7, earth_radius=6_371_000, refraction=0.13)

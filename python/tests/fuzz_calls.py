@@ -65,7 +65,7 @@ class Random:
                 array = array.astype(kind)
             except (ValueError, TypeError, OverflowError):
                 pass
-        return self.strange(array)
+        return self.strange(np.asarray(array))
 
     def strange(self, array: np.ndarray):
         way = self.draw.integers(0, 14)

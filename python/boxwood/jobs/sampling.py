@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
-from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
 
 #: The real root of x^3 = x + 1, which is to two dimensions what the golden ratio is to one.
 _PLASTIC = 1.32471795724474602596
