@@ -36,7 +36,7 @@ pub(crate) struct NativeStudio {
 /// The renderer numbers the triangles of one mesh; a scene of several is built again as one.
 enum Source {
     Asked(Py<NativeScene>),
-    Own(Scene),
+    Own(Box<Scene>),
 }
 
 /// Positions, triangles and looks of a mesh.
@@ -53,6 +53,9 @@ type Place = (
     Option<[f32; 3]>,
     Option<f32>,
 );
+
+/// The same, all known.
+type Known = ([f32; 3], [f32; 3], [f32; 3], f32);
 
 /// Place and power.
 type Lamp = ([f32; 3], f32);
@@ -110,7 +113,7 @@ impl NativeStudio {
             builder.options(options).build()
         })?;
         let own = built.map_err(|error| PyValueError::new_err(error.to_string()))?;
-        let scene = Source::Own(own);
+        let scene = Source::Own(Box::new(own));
         Ok(Self { scene, looks })
     }
 
@@ -121,7 +124,7 @@ impl NativeStudio {
         size: [u32; 2],
         place: Place,
         threads: usize,
-    ) -> PyResult<([f32; 3], [f32; 3], [f32; 3], f32)> {
+    ) -> PyResult<Known> {
         let camera = self.view(py, size, place, threads)?.camera();
         Ok((camera.eye, camera.target, camera.up, camera.fov))
     }
@@ -258,7 +261,7 @@ pub(crate) struct NativePicture {
 #[pymethods]
 impl NativePicture {
     /// Eye, target, up, vertical field of view in degrees.
-    fn camera(&self) -> ([f32; 3], [f32; 3], [f32; 3], f32) {
+    fn camera(&self) -> Known {
         let Camera {
             eye,
             target,
