@@ -103,6 +103,9 @@ class Picture:
             raise ValueError(f"{name}: a picture is saved as .png or .exr")
         self._native.save(name, ending == ".exr")
 
+    def __reduce__(self) -> str | tuple[Any, ...]:
+        raise TypeError("a picture does not go through pickle: send its pixels, or save it as .exr")
+
     def _repr_png_(self) -> bytes:
         return self.png()
 

@@ -124,6 +124,11 @@ def test_pictures_are_saved_and_shown(bush, tmp_path):
         ({"eye": [0, 0]}, "eye"),
         ({"fov_deg": 180}, "field of view"),
         ({"lights": [[0, 0]]}, "light"),
+        ({"samples": -1}, "samples"),
+        ({"seed": 2**64}, "seed"),
+        ({"sky": -1}, "sky"),
+        ({"exposure": np.nan}, "exposure"),
+        ({"top": np.inf}, "top"),
     ],
 )
 def test_what_makes_no_picture_is_told(bush, options, word):
