@@ -36,7 +36,8 @@ impl NativeScene {
     #[new]
     fn new(
         py: Python<'_>,
-        meshes: Vec<(PyReadonlyArray2<'_, f32>, PyReadonlyArray2<'_, u32>)>,
+        meshes: Vec<(rays::Table<'_>, PyReadonlyArray2<'_, u32>)>,
+        origin: Origin,
         preset: &str,
         threads: usize,
         notes: Vec<(String, Vec<u8>)>,
@@ -56,7 +57,7 @@ impl NativeScene {
             .iter()
             .map(|(positions, indices)| {
                 Ok((
-                    rows::<_, 3>(positions, "vertices")?,
+                    positions.points("vertices", origin)?,
                     rows::<_, 3>(indices, "triangles")?,
                 ))
             })
@@ -164,7 +165,7 @@ impl NativeScene {
         origin: Origin,
         threads: usize,
     ) -> PyResult<ask::Closest<'py>> {
-        ask::closest_points(py, &self.0, points.points(origin)?, threads)
+        ask::closest_points(py, &self.0, points.points("points", origin)?, threads)
     }
 
     /// Distances, negative inside.
@@ -175,9 +176,14 @@ impl NativeScene {
         origin: Origin,
         threads: usize,
     ) -> PyResult<Column<'py, f32>> {
-        ask::each(py, points.points(origin)?, threads, |points, distances| {
-            self.0.signed_distances(points, distances);
-        })
+        ask::each(
+            py,
+            points.points("points", origin)?,
+            threads,
+            |points, distances| {
+                self.0.signed_distances(points, distances);
+            },
+        )
     }
 
     /// Whether each point is inside.
@@ -188,9 +194,14 @@ impl NativeScene {
         origin: Origin,
         threads: usize,
     ) -> PyResult<Column<'py, bool>> {
-        ask::each(py, points.points(origin)?, threads, |points, inside| {
-            self.0.is_inside_each(points, inside);
-        })
+        ask::each(
+            py,
+            points.points("points", origin)?,
+            threads,
+            |points, inside| {
+                self.0.is_inside_each(points, inside);
+            },
+        )
     }
 
     /// How one ray finds its answer, as text.
