@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import operator
-from typing import Any, Mapping
+from typing import TYPE_CHECKING, Any, Mapping
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
 
 #: The number of what does not exist, as in Open3D.
 INVALID_ID = np.uint32(0xFFFFFFFF)
@@ -91,14 +93,6 @@ def is_single(array: NDArray[np.float64]) -> bool:
         return bool(np.all((array.astype(np.float32) == array) | np.isnan(array)))
 
 
-def single(array: NDArray[Any], origin: NDArray[np.float64]) -> NDArray[np.float32]:
-    """A contiguous float32 array of positions, moved by `-origin` in double precision."""
-    if np.any(origin):
-        array = array.astype(np.float64) - origin
-    with np.errstate(over="ignore", invalid="ignore"):
-        return np.ascontiguousarray(array, dtype=np.float32)
-
-
 class Out:
     """Arrays that a caller wants to be filled: looked at before the work, written after it has succeeded.
 
@@ -147,5 +141,5 @@ def _filled(data: Any) -> Any:
     """Masked numbers are not known: NaN, which nothing meets."""
     if isinstance(data, np.ma.MaskedArray) and data.dtype.kind in "fiu":
         wide = data if data.dtype == np.float32 else data.astype(np.float64)
-        return wide.filled(np.nan)
+        return np.ma.filled(wide, np.nan)
     return data

@@ -21,7 +21,8 @@ def notes_of(
     indices = [triangles.astype("<u4").tobytes() for _, triangles in meshes]
     return [
         ("origin", origin.astype("<f8").tobytes()),
-        ("quality", quality.encode()),
+        # What is no text the native part refuses.
+        ("quality", str(quality).encode()),
         ("vertices", counts.tobytes()),
         ("indices", b"".join(indices)),
         *((f"looks.{number}", look.to_bytes()) for number, look in sorted(looks.items())),

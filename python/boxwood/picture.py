@@ -10,7 +10,7 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from ._native import NativePicture
+    from ._native import Camera, NativePicture
 
 __all__ = ["Picture"]
 
@@ -80,13 +80,7 @@ class Picture:
     def camera(self) -> dict[str, Any]:
         """``eye``, ``target``, ``up``: float64 (3,); ``fov_deg``: the vertical field of view. As :meth:`boxwood.Scene.render`
         takes them."""
-        eye, target, up, fov = self._native.camera()
-        return {
-            "eye": np.array(eye, np.float64) + self._origin,
-            "target": np.array(target, np.float64) + self._origin,
-            "up": np.array(up, np.float64),
-            "fov_deg": fov,
-        }
+        return camera_of(self._native.camera(), self._origin)
 
     def png(self) -> bytes:
         """The bytes of a PNG file."""
@@ -109,6 +103,9 @@ class Picture:
             raise ValueError(f"{name}: a picture is saved as .png or .exr")
         self._native.save(name, ending == ".exr")
 
+    def __reduce__(self) -> str | tuple[Any, ...]:
+        raise TypeError("a picture does not go through pickle: send its pixels, or save it as .exr")
+
     def _repr_png_(self) -> bytes:
         return self.png()
 
@@ -130,3 +127,14 @@ class Picture:
         both = (np.where(hit, ids, nothing).astype(np.uint32).reshape(self.shape) for ids in (geometry, primitive))
         geometry_ids, primitive_ids = both
         return geometry_ids, primitive_ids
+
+
+def camera_of(camera: Camera, origin: NDArray[np.float64]) -> dict[str, Any]:
+    """In the coordinates of the user, as keywords."""
+    eye, target, up, fov = camera
+    return {
+        "eye": np.array(eye, np.float64) + origin,
+        "target": np.array(target, np.float64) + origin,
+        "up": np.array(up, np.float64),
+        "fov_deg": fov,
+    }

@@ -7,18 +7,20 @@ import os
 import threading
 import warnings
 import weakref
-from typing import Any, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, Mapping, Sequence
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
 
 from ._native import NativeLooks, NativeScene, load
-from .arrays import INVALID_ID, Out, is_single, leading, limit_of, single, threads_of, triangles_of, vertices_of
+from .arrays import INVALID_ID, Out, is_single, leading, limit_of, threads_of, triangles_of, vertices_of
 from .blend import blend
 from .camera import pinhole
 from .notes import Faces, faces_in, looks_in, meshes_in, notes_of, origin_in, quality_in
 from .picture import Picture
 from .studio import Studio
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
 
 __all__ = ["INVALID_ID", "Scene"]
 
@@ -446,6 +448,33 @@ class Scene:
         }
         return self._staged().render(size, (eye, target, up, fov_deg), wish, self._count(threads))
 
+    def camera(
+        self,
+        size: tuple[int, int] = (960, 540),
+        *,
+        eye: ArrayLike | None = None,
+        target: ArrayLike | None = None,
+        up: ArrayLike | None = None,
+        fov_deg: float | None = None,
+        threads: int | None = None,
+    ) -> dict[str, Any]:
+        """The camera that :meth:`render` takes for a picture of this size: ``eye``, ``target``, ``up``, float64 (3,), and
+        ``fov_deg``, vertical."""
+        return self._staged().camera(size, (eye, target, up, fov_deg), self._count(threads))
+
+    def mesh(self, geometry_id: int = 0) -> tuple[NDArray[Any], NDArray[np.uint32]]:
+        """Positions (V, 3), float32 or float64, and triangles (F, 3), uint32, of a mesh, as they were given: read-only."""
+        native, origin = self._built()
+        meshes = meshes_in(native) if self._is_opened else self._meshes
+        number = operator.index(geometry_id)
+        if not 0 <= number < len(meshes):
+            raise ValueError(f"there is no geometry {number}: the scene has {len(meshes)}")
+        given, indices = meshes[number]
+        vertices = given + origin if self._is_opened and np.any(origin) else given.view()
+        triangles = indices.view()
+        vertices.flags.writeable = triangles.flags.writeable = False
+        return vertices, triangles
+
     def _repr_png_(self) -> bytes | None:
         """What a notebook shows: a small picture; nothing where there is nothing to show."""
         return self.render((640, 360)).png() if any(len(triangles) for _, triangles in self._faces()) else None
@@ -501,9 +530,8 @@ class Scene:
         with self._lock:
             if self._ready is None:
                 origin = _origin_of([vertices for vertices, _ in self._meshes])
-                meshes = [(single(vertices, origin), triangles) for vertices, triangles in self._meshes]
                 notes = notes_of(self._quality, origin, self._meshes, self._looks)
-                self._ready = NativeScene(meshes, self._quality, self._threads, notes), origin
+                self._ready = NativeScene(self._meshes, origin, self._quality, self._threads, notes), origin
             return self._ready
 
     def _staged(self) -> Studio:
@@ -518,12 +546,11 @@ class Scene:
                     self._studio = Studio(native, *self._parts(), origin, self._threads)
                 return self._studio
 
-    def _parts(self) -> tuple[list[tuple[NDArray[np.float32], NDArray[np.uint32]]], dict[int, NativeLooks]]:
-        """The meshes, the origin subtracted, and what they look like."""
+    def _parts(self) -> tuple[Sequence[tuple[NDArray[Any], NDArray[np.uint32]]], dict[int, NativeLooks], bool]:
+        """The meshes, what they look like, and whether the origin has been subtracted already."""
         if self._ready is not None and self._is_opened:
-            return meshes_in(self._ready[0]), looks_in(self._ready[0])
-        origin = np.zeros(3) if self._ready is None else self._ready[1]
-        return [(single(vertices, origin), triangles) for vertices, triangles in self._meshes], self._looks
+            return meshes_in(self._ready[0]), looks_in(self._ready[0]), True
+        return self._meshes, self._looks, False
 
     def _faces(self) -> list[Faces]:
         """Number of vertices and triangles of each mesh."""

@@ -1,9 +1,16 @@
 """A drop-in for trimesh's ray queries: ``mesh.ray = boxwood.trimesh.RayMeshIntersector(mesh)``."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
 import numpy as np
 
 from .arrays import INVALID_ID
 from .scene import Scene
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
 
 __all__ = ["RayMeshIntersector"]
 
@@ -11,23 +18,53 @@ __all__ = ["RayMeshIntersector"]
 class RayMeshIntersector:
     """trimesh's ray interface over Boxwood: all hits in one walk, each triangle once, edges and corners included.
 
+    A ray that runs exactly along the outline of a mesh, as along the edge of a box, passes it on one side by a fixed rule: it enters
+    and leaves, or does neither, and never half of both. trimesh's Embree counts all of those as hits.
+
     Parameters
     ----------
     geometry : trimesh.Trimesh
-        Its vertices and faces are read now; after a change make a new one.
+        Its vertices and faces are read at the first question, and again when they have changed since.
+    scale_to_box, **options
+        ``scale_to_box`` is for who comes from trimesh's Embree: exact answers need no scale. Others go to
+        :class:`boxwood.Scene`.
     """
 
-    def __init__(self, geometry, **options):
+    def __init__(self, geometry: Any, scale_to_box: bool = True, **options: Any) -> None:
         self.mesh = geometry
-        self._scene = Scene(**options)
-        self._scene.add_triangles(geometry.vertices, geometry.faces)
+        self._options = options
+        self._read: tuple[Any, Scene] | None = None
 
-    def __repr__(self):
-        return f"<boxwood.trimesh.RayMeshIntersector of {self._scene!r}>"
+    def __repr__(self) -> str:
+        return f"<boxwood.trimesh.RayMeshIntersector of {self.mesh!r}>"
 
-    def intersects_id(self, ray_origins, ray_directions, return_locations=False, multiple_hits=True, max_hits=None, **_):
-        """Triangle and ray of each hit, ordered by ray and distance: ``index_tri`` (h,), ``index_ray`` (h,), and with
-        ``return_locations`` the places (h, 3). With ``max_hits`` the first so many of each ray.
+    def __copy__(self, *_: Any) -> RayMeshIntersector:
+        return RayMeshIntersector(self.mesh, **self._options)
+
+    def __deepcopy__(self, *_: Any) -> RayMeshIntersector:
+        return self.__copy__()
+
+    @property
+    def _scene(self) -> Scene:
+        """Of the mesh as it is now."""
+        state = hash(self.mesh) if hasattr(self.mesh, "__hash__") and hasattr(self.mesh, "visual") else None
+        if self._read is None or self._read[0] != state:
+            scene = Scene(**self._options)
+            scene.add_triangles(self.mesh.vertices, self.mesh.faces)
+            self._read = state, scene
+        return self._read[1]
+
+    def intersects_id(
+        self,
+        ray_origins: ArrayLike,
+        ray_directions: ArrayLike,
+        return_locations: bool = False,
+        multiple_hits: bool = True,
+        max_hits: int | None = None,
+        **_: Any,
+    ) -> Any:
+        """Triangle and ray of each hit, ordered by ray and distance: ``index_tri`` (h,), ``index_ray`` (h,), int64, and with
+        ``return_locations`` the places (h, 3), float64. With ``max_hits`` the first so many of each ray.
         """
         rays = _rays(ray_origins, ray_directions)
         if multiple_hits:
@@ -41,31 +78,39 @@ class RayMeshIntersector:
             found = self._scene.cast_rays(rays)
             ray = np.flatnonzero(found["hit"])
             tri, t = found["primitive_ids"][ray], found["t_hit"][ray]
-        tri = tri.astype(np.int64)
+        index_tri = tri.astype(np.int64)
         if return_locations:
-            return tri, ray, rays[ray, :3] + t[:, None].astype(np.float64) * rays[ray, 3:]
-        return tri, ray
+            return index_tri, ray, rays[ray, :3] + t[:, None].astype(np.float64) * rays[ray, 3:]
+        return index_tri, ray
 
-    def intersects_location(self, ray_origins, ray_directions, multiple_hits=True, **_):
-        """Places (h, 3), rays (h,) and triangles (h,) of all hits, or of the first of each ray."""
-        tri, ray, places = self.intersects_id(ray_origins, ray_directions, return_locations=True, multiple_hits=multiple_hits)
+    def intersects_location(
+        self, ray_origins: ArrayLike, ray_directions: ArrayLike, multiple_hits: bool = True, **options: Any
+    ) -> tuple[NDArray[np.float64], NDArray[np.int64], NDArray[np.int64]]:
+        """Places (h, 3) float64, rays (h,) and triangles (h,), int64, of all hits, or of the first of each ray."""
+        options.pop("return_locations", None)
+        tri, ray, places = self.intersects_id(
+            ray_origins, ray_directions, return_locations=True, multiple_hits=multiple_hits, **options
+        )
         return places, ray, tri
 
-    def intersects_first(self, ray_origins, ray_directions, **_):
-        """The first triangle of each ray (n,), -1 where there is none."""
+    def intersects_first(self, ray_origins: ArrayLike, ray_directions: ArrayLike, **_: Any) -> NDArray[np.int64]:
+        """The first triangle of each ray (n,), int64, -1 where there is none."""
         ids = self._scene.cast_rays(_rays(ray_origins, ray_directions))["primitive_ids"]
         return np.where(ids == INVALID_ID, -1, ids.astype(np.int64))
 
-    def intersects_any(self, ray_origins, ray_directions, **_):
+    def intersects_any(self, ray_origins: ArrayLike, ray_directions: ArrayLike, **_: Any) -> NDArray[np.bool_]:
         """True for each ray (n,) that meets anything."""
         return self._scene.test_occlusions(_rays(ray_origins, ray_directions))
 
-    def contains_points(self, points):
+    def contains_points(self, points: ArrayLike) -> NDArray[np.bool_]:
         """True for each point (n, 3) inside a closed mesh."""
-        return self._scene.compute_occupancy(np.asarray(points)) > 0
+        inside: NDArray[np.bool_] = self._scene.compute_occupancy(points) > 0
+        return inside
 
 
-def _rays(origins, directions):
+def _rays(ray_origins: ArrayLike, ray_directions: ArrayLike) -> NDArray[np.float64]:
     """(n, 6) in double precision; one origin or one direction may serve for all."""
-    origins, directions = np.broadcast_arrays(np.asarray(origins, np.float64), np.asarray(directions, np.float64))
+    origins, directions = np.broadcast_arrays(np.asarray(ray_origins, np.float64), np.asarray(ray_directions, np.float64))
+    if origins.ndim == 0 or origins.shape[-1] != 3:
+        raise ValueError(f"origins and directions must have the shape (n, 3), not {origins.shape}")
     return np.concatenate([origins.reshape(-1, 3), directions.reshape(-1, 3)], axis=1)

@@ -209,8 +209,7 @@ where
 
 /// Of the triangles with these numbers; zero for one without area, and for none.
 ///
-/// The triangles lie scattered in memory: fetched a few dozen at a time, they are waited for together. (One by one: 15 % of the
-/// time of a million random rays.)
+/// The triangles lie scattered in memory: fetched a few dozen at a time, they are waited for together.
 fn unit_normals(scene: &Scene, geoms: &[u32], prims: &[u32], normals: &mut [[f32; 3]]) {
     const FEW: usize = 64;
     let pieces = geoms.chunks(FEW).zip(prims.chunks(FEW));
@@ -221,20 +220,31 @@ fn unit_normals(scene: &Scene, geoms: &[u32], prims: &[u32], normals: &mut [[f32
                 *corners = triangle.0;
             }
         }
-        for (normal, corners) in normals.iter_mut().zip(&corners) {
-            *normal = unit_normal(corners);
+        for ((normal, corners), &prim) in normals.iter_mut().zip(&corners).zip(prims) {
+            if prim != NOTHING {
+                *normal = unit_normal(corners);
+            }
         }
     }
 }
 
-/// In double precision, since squares of lengths may be beyond single precision.
+/// In double precision, since squares of lengths may be beyond single precision. Written out, as `map` over arrays is called, not
+/// inlined, which took longer than the arithmetic.
 #[inline]
-fn unit_normal(corners: &[[f32; 3]; 3]) -> [f32; 3] {
-    let [a, b, c] = corners.map(|corner| corner.map(f64::from));
-    let side = |to: [f64; 3]| -> [f64; 3] { std::array::from_fn(|axis| to[axis] - a[axis]) };
-    let ([bx, by, bz], [cx, cy, cz]) = (side(b), side(c));
-    let normal = [by * cz - bz * cy, bz * cx - bx * cz, bx * cy - by * cx];
-    let length = normal.iter().map(|x| x * x).sum::<f64>().sqrt();
+fn unit_normal([a, b, c]: &[[f32; 3]; 3]) -> [f32; 3] {
+    let (ax, ay, az) = (f64::from(a[0]), f64::from(a[1]), f64::from(a[2]));
+    let (bx, by, bz) = (
+        f64::from(b[0]) - ax,
+        f64::from(b[1]) - ay,
+        f64::from(b[2]) - az,
+    );
+    let (cx, cy, cz) = (
+        f64::from(c[0]) - ax,
+        f64::from(c[1]) - ay,
+        f64::from(c[2]) - az,
+    );
+    let (x, y, z) = (by * cz - bz * cy, bz * cx - bx * cz, bx * cy - by * cx);
+    let length = (x * x + y * y + z * z).sqrt();
     let scale = if length > 0.0 { 1.0 / length } else { 0.0 };
-    normal.map(|x| (x * scale) as f32)
+    [(x * scale) as f32, (y * scale) as f32, (z * scale) as f32]
 }

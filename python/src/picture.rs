@@ -1,8 +1,10 @@
 //! Pictures of scenes.
 
 use crate::arrays::{array3, column, rows};
+use crate::float_mode::Usual;
 use crate::looks::{Gathered, NativeLooks};
 use crate::pool::interruptible;
+use crate::rays::{Origin, Table};
 use crate::scene::NativeScene;
 use boxwood::Scene;
 use boxwood_render::{
@@ -31,9 +33,6 @@ pub(crate) struct NativeStudio {
     looks: Gathered,
 }
 
-/// Eye, target, up, vertical field of view in degrees.
-type Camera = ([f32; 3], [f32; 3], [f32; 3], f32);
-
 /// The renderer numbers the triangles of one mesh; a scene of several is built again as one.
 enum Source {
     Asked(Py<NativeScene>),
@@ -42,7 +41,7 @@ enum Source {
 
 /// Positions, triangles and looks of a mesh.
 type Part<'py> = (
-    PyReadonlyArray2<'py, f32>,
+    Table<'py>,
     PyReadonlyArray2<'py, u32>,
     Option<Bound<'py, NativeLooks>>,
 );
@@ -54,6 +53,9 @@ type Place = (
     Option<[f32; 3]>,
     Option<f32>,
 );
+
+/// The same, all known.
+type Known = ([f32; 3], [f32; 3], [f32; 3], f32);
 
 /// Place and power.
 type Lamp = ([f32; 3], f32);
@@ -77,20 +79,26 @@ struct Wish {
 
 #[pymethods]
 impl NativeStudio {
-    /// `scene` is built of the meshes of `parts`, all moved by `-origin`.
+    /// `scene` is built of the meshes of `parts`, all moved by `-origin`, as those of `parts` may be already.
     #[new]
     fn new(
         py: Python<'_>,
         scene: Py<NativeScene>,
         parts: Vec<Part<'_>>,
-        origin: [f64; 3],
+        origin: Origin,
+        is_moved: bool,
         threads: usize,
     ) -> PyResult<Self> {
+        let shift = if is_moved { [0.0; 3] } else { origin };
         let mut looks = Gathered::default();
         for (positions, indices, look) in &parts {
-            let (positions, indices) = (rows(positions, "vertices")?, rows(indices, "triangles")?);
+            let (positions, indices) = (
+                positions.points("vertices", shift)?,
+                rows(indices, "triangles")?,
+            );
             looks.add(positions, &indices, look.as_ref().map(Bound::get))?;
         }
+        let _usual = Usual::enter();
         for camera in &mut looks.model.cameras {
             camera.eye = moved(camera.eye, origin);
             camera.target = moved(camera.target, origin);
@@ -118,7 +126,7 @@ impl NativeStudio {
         size: [u32; 2],
         place: Place,
         threads: usize,
-    ) -> PyResult<Camera> {
+    ) -> PyResult<Known> {
         let camera = self.view(py, size, place, threads)?.camera();
         Ok((camera.eye, camera.target, camera.up, camera.fov))
     }
@@ -133,7 +141,10 @@ impl NativeStudio {
         threads: usize,
     ) -> PyResult<NativePicture> {
         let view = self.view(py, size, place, threads)?;
-        let options = wish.options(self.scene()).map_err(raised)?;
+        let options = {
+            let _usual = Usual::enter();
+            wish.options(self.scene()).map_err(raised)?
+        };
         let film = interruptible(py, threads, |cancel| {
             let watch = Watch {
                 cancel: Some(cancel),
@@ -145,6 +156,7 @@ impl NativeStudio {
             film: film.map_err(raised)?,
             shading: options.shading,
             camera: view.camera(),
+            threads,
         })
     }
 }
@@ -169,6 +181,7 @@ impl NativeStudio {
         (eye, target, up, fov): Place,
         threads: usize,
     ) -> PyResult<View> {
+        let _usual = Usual::enter();
         let base = match self.looks.model.cameras.first() {
             Some(camera) => *camera,
             None => interruptible(py, threads, |_| {
@@ -224,7 +237,7 @@ fn light(&(position, power): &Lamp, scene: &Scene) -> PointLight {
     }
 }
 
-fn moved(place: [f32; 3], origin: [f64; 3]) -> [f32; 3] {
+fn moved(place: [f32; 3], origin: Origin) -> [f32; 3] {
     std::array::from_fn(|axis| (f64::from(place[axis]) - origin[axis]) as f32)
 }
 
@@ -249,12 +262,14 @@ pub(crate) struct NativePicture {
     film: Film,
     shading: &'static Shading,
     camera: Camera,
+    /// Pixels are made in the same pool as the film, not in one that a fork would break.
+    threads: usize,
 }
 
 #[pymethods]
 impl NativePicture {
     /// Eye, target, up, vertical field of view in degrees.
-    fn camera(&self) -> ([f32; 3], [f32; 3], [f32; 3], f32) {
+    fn camera(&self) -> Known {
         let Camera {
             eye,
             target,
@@ -277,7 +292,7 @@ impl NativePicture {
 
     /// Eight bits of sRGB, without a legend.
     fn pixels<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray3<u8>>> {
-        let image = py.detach(|| self.film.to_plain_image());
+        let image = interruptible(py, self.threads, |_| self.film.to_plain_image())?;
         array3(py, image.rgb, self.shape())
     }
 
@@ -303,9 +318,11 @@ impl NativePicture {
 
     /// A PNG file.
     fn png<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
-        let mut bytes = Vec::new();
-        py.detach(|| self.write_png(&mut bytes)).map_err(raised)?;
-        Ok(PyBytes::new(py, &bytes))
+        let bytes = interruptible(py, self.threads, |_| {
+            let mut bytes = Vec::new();
+            self.write_png(&mut bytes).map(|()| bytes)
+        })?;
+        Ok(PyBytes::new(py, &bytes.map_err(raised)?))
     }
 
     /// Writes a PNG or an EXR file beside `path` and renames it.
@@ -319,7 +336,7 @@ impl NativePicture {
                 }
             })
         };
-        py.detach(save).map_err(raised)
+        interruptible(py, self.threads, |_| save())?.map_err(raised)
     }
 }
 

@@ -1,6 +1,7 @@
 //! Rays and points from arrays.
 
 use crate::arrays::room;
+use crate::float_mode::Usual;
 use boxwood::Ray;
 use numpy::{PyReadonlyArray1, PyReadonlyArrayDyn, PyUntypedArrayMethods};
 use pyo3::exceptions::PyValueError;
@@ -50,6 +51,7 @@ impl Table<'_> {
         }
         let scattered = |_| broken("must be contiguous");
         let mut rows = room(spare, self.rows())?;
+        let _usual = Usual::enter();
         match self {
             Self::Single(array) if origin == [0.0; 3] => {
                 let numbers = array.as_slice().map_err(scattered)?.as_chunks::<N>().0;
@@ -82,9 +84,9 @@ impl Table<'_> {
         })
     }
 
-    /// Points from rows.
-    pub(crate) fn points(&self, origin: Origin) -> PyResult<Vec<[f32; 3]>> {
-        self.copied("points", origin, Vec::new(), |_, point| point)
+    /// Points or vertices from rows.
+    pub(crate) fn points(&self, what: &str, origin: Origin) -> PyResult<Vec<[f32; 3]>> {
+        self.copied(what, origin, Vec::new(), |_, point| point)
     }
 }
 

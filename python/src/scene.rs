@@ -36,7 +36,8 @@ impl NativeScene {
     #[new]
     fn new(
         py: Python<'_>,
-        meshes: Vec<(PyReadonlyArray2<'_, f32>, PyReadonlyArray2<'_, u32>)>,
+        meshes: Vec<(rays::Table<'_>, PyReadonlyArray2<'_, u32>)>,
+        origin: Origin,
         preset: &str,
         threads: usize,
         notes: Vec<(String, Vec<u8>)>,
@@ -56,7 +57,7 @@ impl NativeScene {
             .iter()
             .map(|(positions, indices)| {
                 Ok((
-                    rows::<_, 3>(positions, "vertices")?,
+                    positions.points("vertices", origin)?,
                     rows::<_, 3>(indices, "triangles")?,
                 ))
             })
@@ -161,7 +162,7 @@ impl NativeScene {
         origin: Origin,
         threads: usize,
     ) -> PyResult<ask::Closest<'py>> {
-        ask::closest_points(py, &self.0, points.points(origin)?, threads)
+        ask::closest_points(py, &self.0, points.points("points", origin)?, threads)
     }
 
     /// Distances, negative inside.
@@ -172,9 +173,14 @@ impl NativeScene {
         origin: Origin,
         threads: usize,
     ) -> PyResult<Column<'py, f32>> {
-        ask::each_point(py, points.points(origin)?, threads, |points, distances| {
-            self.0.signed_distances(points, distances);
-        })
+        ask::each_point(
+            py,
+            points.points("points", origin)?,
+            threads,
+            |points, distances| {
+                self.0.signed_distances(points, distances);
+            },
+        )
     }
 
     /// Whether each point is inside.
@@ -185,9 +191,14 @@ impl NativeScene {
         origin: Origin,
         threads: usize,
     ) -> PyResult<Column<'py, bool>> {
-        ask::each_point(py, points.points(origin)?, threads, |points, inside| {
-            self.0.is_inside_each(points, inside);
-        })
+        ask::each_point(
+            py,
+            points.points("points", origin)?,
+            threads,
+            |points, inside| {
+                self.0.is_inside_each(points, inside);
+            },
+        )
     }
 
     /// How one ray finds its answer, as text.

@@ -124,6 +124,11 @@ def test_pictures_are_saved_and_shown(bush, tmp_path):
         ({"eye": [0, 0]}, "eye"),
         ({"fov_deg": 180}, "field of view"),
         ({"lights": [[0, 0]]}, "light"),
+        ({"samples": -1}, "samples"),
+        ({"seed": 2**64}, "seed"),
+        ({"sky": -1}, "sky"),
+        ({"exposure": np.nan}, "exposure"),
+        ({"top": np.inf}, "top"),
     ],
 )
 def test_what_makes_no_picture_is_told(bush, options, word):
@@ -177,7 +182,7 @@ def test_a_file_that_counts_vertices_it_does_not_have_takes_no_memory(tmp_path):
 
     positions, triangles = np.eye(3, dtype=np.float32), np.array([[0, 1, 2]], np.uint32)
     notes = [("vertices", (2**40).to_bytes(8, "little")), ("indices", np.array([7, 2**31, 2**32 - 1], "<u4").tobytes())]
-    NativeScene([(positions, triangles)], "default", 1, notes).save(str(tmp_path / "scene.bwx"), 1)
+    NativeScene([(positions, triangles)], np.zeros(3), "default", 1, notes).save(str(tmp_path / "scene.bwx"), 1)
     picture = boxwood.Scene.open(tmp_path / "scene.bwx").render((8, 8), eye=[3, 3, 3], target=[0, 0, 0])
     assert picture.primitive_ids[4, 4] == 0
 
@@ -187,7 +192,7 @@ def test_a_file_without_notes_makes_plain_pictures(tmp_path):
 
     bush = boxwood.Scene.load("builtin:bush")
     positions, triangles = bush._meshes[0]
-    NativeScene([(positions, triangles)], "default", 1, []).save(str(tmp_path / "scene.bwx"), 1)
+    NativeScene([(positions, triangles)], np.zeros(3), "default", 1, []).save(str(tmp_path / "scene.bwx"), 1)
     plain = boxwood.Scene()
     plain.add_triangles(positions, triangles)
     opened = boxwood.Scene.open(tmp_path / "scene.bwx")

@@ -5,17 +5,19 @@ use anyhow::{Context, Result, ensure};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// What the tests need besides the wheel.
-const TOOLS: [&str; 4] = [
+/// What the tests need besides the wheel: the examples draw with matplotlib.
+const TOOLS: [&str; 6] = [
     "maturin>=1.9,<2",
     "pytest>=8",
     "trimesh>=4",
+    "matplotlib>=3.8",
+    "mypy>=1.18",
     "dask[array,distributed]>=2025.1",
 ];
 /// Largest wheel, in bytes.
 const MAX_WHEEL: u64 = 3_000_000;
 
-/// `cargo xtask python-test`: builds the wheel, installs it where nothing else is, runs its tests.
+/// `cargo xtask python-test`: builds the wheel, installs it where nothing else is, checks its types and runs its tests.
 pub(crate) fn test(args: &[String]) -> Result<()> {
     let home = target().join("python");
     let python = environment(&home.join("venv"))?;
@@ -26,6 +28,8 @@ pub(crate) fn test(args: &[String]) -> Result<()> {
     );
     install.arg(&wheel);
     step("the wheel installed", install)?;
+    let types = command(&python, &["-m", "mypy", "--strict", "python/boxwood"]);
+    step("the package's types", types)?;
     let mut tests = command(&python, &["-m", "pytest", "--quiet", "python/tests"]);
     // Not from the folder, where the package has no native part.
     tests.args(args).env("PYTHONSAFEPATH", "1");

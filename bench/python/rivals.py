@@ -1,0 +1,228 @@
+"""Boxwood beside Open3D and trimesh with embreex: the same rays and points, in one run, by turns.
+
+    python bench/python/rivals.py bunny.obj sponza.obj dragon.ply --markdown results.md
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import platform
+import time
+import warnings
+from typing import Any, Callable
+
+import numpy as np
+
+import boxwood
+
+#: An answer, by the names of Open3D.
+Answer = dict[str, np.ndarray]
+
+
+def random_rays(bounds: np.ndarray, count: int, seed: int = 1) -> np.ndarray:
+    """From anywhere in the box around the scene, a fifth wider, to anywhere."""
+    random = np.random.default_rng(seed)
+    middle, half = bounds.mean(axis=0), np.diff(bounds, axis=0)[0] * 0.6
+    origins = middle + random.uniform(-1, 1, (count, 3)) * half
+    directions = random.normal(size=(count, 3))
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    return np.concatenate([origins, directions], axis=1).astype(np.float32)
+
+
+class Boxwood:
+    name = "Boxwood"
+
+    def __init__(self, vertices: np.ndarray, triangles: np.ndarray) -> None:
+        self.scene = boxwood.Scene()
+        self.scene.add_triangles(vertices, triangles)
+        self.scene.stats
+
+    def closest_hit(self, rays: np.ndarray, threads: int) -> Answer:
+        return self.scene.cast_rays(rays, threads)
+
+    def all_hits(self, rays: np.ndarray, threads: int) -> Answer:
+        return self.scene.list_intersections(rays, threads)
+
+    def closest_point(self, points: np.ndarray, threads: int) -> Answer:
+        return self.scene.compute_closest_points(points, threads)
+
+    def signed_distance(self, points: np.ndarray, threads: int) -> Answer:
+        return {"distance": self.scene.compute_signed_distance(points, threads)}
+
+
+class Open3d:
+    name = "Open3D"
+
+    def __init__(self, vertices: np.ndarray, triangles: np.ndarray) -> None:
+        import open3d
+
+        self.tensor = open3d.core.Tensor
+        self.scene = open3d.t.geometry.RaycastingScene()
+        self.scene.add_triangles(self.tensor(vertices), self.tensor(triangles))
+        self.closest_hit(np.zeros((1, 6), np.float32), 1)
+
+    def _plain(self, answer: Any) -> Answer:
+        return {name: tensor.numpy() for name, tensor in answer.items()}
+
+    def closest_hit(self, rays: np.ndarray, threads: int) -> Answer:
+        return self._plain(self.scene.cast_rays(self.tensor(rays), nthreads=threads))
+
+    def all_hits(self, rays: np.ndarray, threads: int) -> Answer:
+        return self._plain(self.scene.list_intersections(self.tensor(rays), nthreads=threads))
+
+    def closest_point(self, points: np.ndarray, threads: int) -> Answer:
+        return self._plain(self.scene.compute_closest_points(self.tensor(points), nthreads=threads))
+
+    def signed_distance(self, points: np.ndarray, threads: int) -> Answer:
+        return {"distance": self.scene.compute_signed_distance(self.tensor(points), nthreads=threads).numpy()}
+
+
+class Trimesh:
+    """Knows one thread only; its closest points are made of numpy and an R tree, so that fewer are asked."""
+
+    name = "trimesh + embreex"
+    fewer = {"closest_point": 100, "signed_distance": 100}
+
+    def __init__(self, vertices: np.ndarray, triangles: np.ndarray) -> None:
+        import trimesh
+        from trimesh.ray.ray_pyembree import RayMeshIntersector
+
+        self.mesh = trimesh.Trimesh(vertices, triangles, process=False)
+        self.ray = RayMeshIntersector(self.mesh)
+        self.ray.intersects_first(np.zeros((1, 3)), np.ones((1, 3)))
+        self.proximity = trimesh.proximity.ProximityQuery(self.mesh)
+
+    def closest_hit(self, rays: np.ndarray, threads: int) -> Answer:
+        first = self.ray.intersects_first(rays[:, :3], rays[:, 3:])
+        return {"primitive_ids": first.astype(np.uint32)}
+
+    def all_hits(self, rays: np.ndarray, threads: int) -> Answer:
+        triangles, which = self.ray.intersects_id(rays[:, :3], rays[:, 3:], multiple_hits=True)
+        return {"ray_ids": which, "primitive_ids": triangles}
+
+    def closest_point(self, points: np.ndarray, threads: int) -> Answer:
+        places, distances, triangles = self.proximity.on_surface(points)
+        return {"points": places, "distances": distances, "primitive_ids": triangles}
+
+    def signed_distance(self, points: np.ndarray, threads: int) -> Answer:
+        return {"distance": -self.proximity.signed_distance(points)}
+
+
+QUESTIONS = {"closest_hit": "rays", "all_hits": "rays", "closest_point": "points", "signed_distance": "points"}
+
+
+def race(arms: list[Any], question: str, data: np.ndarray, threads: int, rounds: int) -> tuple[dict[str, list[float]], dict[str, Answer]]:
+    """Nanoseconds for each ray or point, round by round, and the answers."""
+    times: dict[str, list[float]] = {arm.name: [] for arm in arms}
+    answers: dict[str, Answer] = {}
+    for turn in range(rounds):
+        for arm in arms if turn % 2 == 0 else arms[::-1]:
+            some = data[:: getattr(arm, "fewer", {}).get(question, 1)]
+            begun = time.perf_counter()
+            answers[arm.name] = getattr(arm, question)(some, threads)
+            times[arm.name].append((time.perf_counter() - begun) / len(some) * 1e9)
+    return times, answers
+
+
+def edge_share(rays: np.ndarray, corners: np.ndarray) -> np.ndarray:
+    """The least of the three weights of where each ray meets the plane of its triangle, in double precision: near 0 on an edge,
+    below it outside; NaN where the ray runs within the plane."""
+    a, b, c = (corners[:, k].astype(np.float64) for k in range(3))
+    origins, directions = rays[:, :3].astype(np.float64), rays[:, 3:].astype(np.float64)
+    p = np.cross(directions, c - a)
+    determinant = np.sum(p * (b - a), axis=1)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        u = np.sum(p * (origins - a), axis=1) / determinant
+        v = np.sum(np.cross(origins - a, b - a) * directions, axis=1) / determinant
+    return np.minimum(np.minimum(u, v), 1 - u - v)
+
+
+def differences(rays: np.ndarray, corners: np.ndarray, ours: Answer, theirs: Answer) -> str:
+    """Where the closest hits are not the same, and why."""
+    nothing = np.uint32(0xFFFFFFFF)
+    mine, other = ours["primitive_ids"], theirs["primitive_ids"]
+    only_mine, only_other = (mine != nothing) & (other == nothing), (mine == nothing) & (other != nothing)
+    both = (mine != nothing) & (other != nothing) & (mine != other)
+
+    def on_edge(which: np.ndarray, ids: np.ndarray) -> int:
+        return int(np.sum(~(np.abs(edge_share(rays[which], corners[ids[which]])) > 1e-4)))
+
+    near = on_edge(both, mine) if both.any() else 0
+    return (
+        f"{int(only_mine.sum())} hit by Boxwood alone ({on_edge(only_mine, mine)} of them within 1e-4 of an edge), "
+        f"{int(only_other.sum())} by the other alone ({on_edge(only_other, other)}), {int(both.sum())} another triangle ({near})"
+    )
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("files", nargs="+")
+    parser.add_argument("--rays", type=int, default=1_000_000)
+    parser.add_argument("--points", type=int, default=100_000)
+    parser.add_argument("--rounds", type=int, default=5)
+    parser.add_argument("--threads", type=int, nargs="+", default=[1, 0], help="0: all")
+    parser.add_argument("--questions", nargs="+", default=list(QUESTIONS), choices=list(QUESTIONS))
+    options = parser.parse_args()
+    warnings.simplefilter("ignore")
+    kinds: list[Callable[..., Any]] = [Boxwood, Open3d, Trimesh]
+    print(f"{platform.processor() or platform.machine()}, {os.cpu_count()} cores; boxwood {boxwood.__version__}, ", end="")
+    import embreex
+    import open3d
+    import trimesh
+
+    print(f"Open3D {open3d.__version__}, trimesh {trimesh.__version__}, embreex {embreex.__version__}, numpy {np.__version__}")
+    print(f"{options.rays:,} rays, {options.points:,} points, best of {options.rounds} rounds by turns; millions a second\n")
+    print("| scene | question | threads | Boxwood | Open3D | trimesh + embreex | to Open3D | to embreex |\n|---|---|---|---|---|---|---|---|")
+    notes = []
+    for file in options.files:
+        scene = boxwood.Scene.load(file)
+        vertices, triangles = (np.array(array) for array in scene.mesh())
+        arms = [kind(vertices, triangles) for kind in kinds]
+        name = os.path.splitext(os.path.basename(file))[0]
+        rays = random_rays(scene.bounds, options.rays)
+        for question in options.questions:
+            data = rays if QUESTIONS[question] == "rays" else np.ascontiguousarray(rays[: options.points, :3])
+            for threads in options.threads:
+                here = [arm for arm in arms if threads == 1 or arm.name != "trimesh + embreex"]
+                times, answers = race(here, question, data, threads, options.rounds)
+                speed = {arm: 1e3 / min(times[arm]) for arm in times}
+                # Of each round: what disturbs the machine disturbs all.
+                ratio = {arm: np.median(np.divide(times[arm], times["Boxwood"])) for arm in times}
+                row = [f"{speed[arm.name]:.3g}" if arm.name in speed else "" for arm in arms]
+                row += [f"{ratio[arm.name]:.2f}" if arm.name in ratio else "" for arm in arms[1:]]
+                print(f"| {name} | {question.replace('_', ' ')} | {threads or 'all'} | {' | '.join(row)} |", flush=True)
+                if threads == options.threads[0]:
+                    notes += explained(name, question, data, vertices[triangles], answers)
+    print("\n" + "\n".join(notes))
+
+
+def explained(name: str, question: str, data: np.ndarray, corners: np.ndarray, answers: dict[str, Answer]) -> list[str]:
+    """In what the answers differ."""
+    ours, notes = answers["Boxwood"], []
+    for other, theirs in answers.items():
+        if other == "Boxwood":
+            continue
+        if question == "closest_hit":
+            text = differences(data, corners, ours, theirs)
+        elif question == "all_hits":
+            counts = [np.bincount(answer["ray_ids"], minlength=len(data)) for answer in (ours, theirs)]
+            text = f"{int(np.sum(counts[0] != counts[1]))} rays with another number of hits ({len(ours['ray_ids']):,} and {len(theirs['ray_ids']):,} in all)"
+        else:
+            key = "distances" if question == "closest_point" else "distance"
+            if key in theirs:
+                mine, his = ours[key], theirs[key]
+            else:
+                mine, his = ours["distances"], np.linalg.norm(theirs["points"] - data, axis=1)
+            mine = mine[:: len(mine) // len(his)] if len(his) < len(mine) else mine
+            mine = mine[: len(his)]
+            scale = np.abs(corners).max()
+            text = f"{int(np.sum(np.abs(np.abs(mine) - np.abs(his)) > 1e-5 * scale))} distances farther apart than 1e-5 of the size"
+            if key == "distance":
+                text += f", {int(np.sum((mine < 0) != (his < 0)))} with another sign, of {len(his):,}"
+        notes.append(f"- {name}, {question.replace('_', ' ')}, {other}: {text}.")
+    return notes
+
+
+if __name__ == "__main__":
+    main()
