@@ -11,7 +11,7 @@ const LOOK: [&str; 2] = ["--size=109x67", "--shading=ao"];
 
 /// `cargo xtask farm-test`: builds the command line, checks and runs the template with it, and kills renders.
 pub(crate) fn test(_: &[String]) -> Result<()> {
-    let build = command("cargo", &["build", "--release", "-p", "boxwood-cli"]);
+    let build = command("cargo", &["build", "--release", "--bin", "boxwood"]);
     step("the command line", build)?;
     let home = target().join("farm");
     if home.exists() {
@@ -25,16 +25,7 @@ pub(crate) fn test(_: &[String]) -> Result<()> {
         run(&openjd, step_name, rest, &shots)?;
     }
     compare(&shots)?;
-    let kills = [
-        "test",
-        "--release",
-        "-p",
-        "boxwood-cli",
-        "--test",
-        "farm",
-        "--",
-        "--ignored",
-    ];
+    let kills = ["test", "--release", "--test", "farm", "--", "--ignored"];
     step("a hundred kills", command("cargo", &kills))
 }
 
