@@ -145,7 +145,7 @@ fn is_at(file: &File, path: &Path) -> bool {
     ours.is_some() && ours == there
 }
 
-/// Elsewhere an open file cannot be replaced.
+/// Elsewhere the standard library tells no identity: whether anything is there.
 #[cfg(not(unix))]
 fn is_at(_: &File, path: &Path) -> bool {
     path.exists()
