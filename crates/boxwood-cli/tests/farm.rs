@@ -249,7 +249,7 @@ fn a_full_disk_leaves_whole_tiles() {
     let record = 12 + 64 + 16 * 16 * 44 + 4;
     let tiles = (log.len() - header) / record;
     assert!(
-        tiles > 0 && (log.len() - header) % record == 0,
+        tiles > 0 && (log.len() - header).is_multiple_of(record),
         "{} bytes",
         log.len()
     );
