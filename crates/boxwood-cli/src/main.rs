@@ -47,7 +47,7 @@ const AFTER_HELP: &str = "\
 Wherever a FILE is taken, `builtin:NAME` is one of the built-in scenes (`boxwood list`) and `-` is standard input.
 
 Exit codes: 0 all well, 1 a difference was found, 2 wrong usage or output that cannot be written, 3 an input was refused,
-4 interrupted with a part saved.
+4 interrupted with a part saved, or another process is at work on the same: try again.
 
 Examples:
   boxwood                                       the demonstration

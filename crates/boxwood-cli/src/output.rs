@@ -33,7 +33,7 @@ pub(crate) enum Exit {
     Usage = 2,
     /// An input cannot be used.
     Input = 3,
-    /// Interrupted; what was done is saved.
+    /// Interrupted, with what was done saved, or sent away by a process that makes the same: to be tried again.
     Interrupted = 4,
 }
 
@@ -109,6 +109,7 @@ impl Trouble {
             if let Some(render) = cause.downcast_ref::<RenderError>() {
                 let exit = match render {
                     RenderError::Decode { .. } | RenderError::SizesDiffer { .. } => Exit::Input,
+                    RenderError::Busy { .. } => Exit::Interrupted,
                     _ => Exit::Usage,
                 };
                 return Self::with_remedy(error, exit);

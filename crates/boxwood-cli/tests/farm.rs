@@ -108,16 +108,31 @@ fn a_shard_that_is_done_is_done_and_one_that_is_damaged_is_mended() {
     let mut damaged = bytes.clone();
     damaged[bytes.len() / 2] ^= 1;
     fs::write(&part, &damaged).unwrap();
-    let mended = json(at, &args, 0);
-    assert!(
-        mended["resumed_tiles"]
-            .as_u64()
-            .is_some_and(|n| (1..17).contains(&n)),
-        "{mended}"
-    );
-    let found = fs::read(&part).unwrap();
-    assert_eq!(found.len(), bytes.len());
+    let said = text(&expect(at, &args, 0).stderr);
+    assert!(said.contains("1 damaged tile passed over"), "{said}");
+    // The rest stands where it stood, and the tile behind it.
+    let mended = fs::read(&part).unwrap();
+    assert!(mended.starts_with(&damaged) && mended.len() > bytes.len());
+    assert_eq!(json(at, &args, 0)["resumed_tiles"], 17);
     assert_eq!(names(at), ["a.png.2of2.part"]);
+    let other = [&args[..args.len() - 1], &["--shard=1/2"]].concat();
+    expect(at, &other, 0);
+    let parts = ["a.png.1of2.part", "a.png.2of2.part"];
+    expect(at, &[&["merge"][..], &parts, &["-o", "m.png"]].concat(), 0);
+    expect(at, &args[..args.len() - 1], 0);
+    assert!(fs::read(at.join("m.png")).unwrap() == fs::read(at.join("a.png")).unwrap());
+
+    // Where no size can be read, nothing is thrown away.
+    let mut lost = bytes.clone();
+    let header = u32::from_le_bytes(bytes[12..16].try_into().unwrap()) as usize + 20;
+    lost[header + 8] ^= 1;
+    fs::write(&part, &lost).unwrap();
+    let error = refusal(at, &args, 3);
+    assert!(
+        error.contains(&format!("is damaged at byte {header}")),
+        "{error}"
+    );
+    assert!(fs::read(&part).unwrap() == lost);
 }
 
 /// Starts, kills at a random moment, and starts again, until it comes through by itself.
@@ -210,6 +225,51 @@ fn a_torn_tail_is_dropped_and_the_rest_is_taken_over() {
         assert!(fs::read(at.join("a.png")).unwrap() == fs::read(at.join("one.png")).unwrap());
         assert!(!log.exists());
     }
+}
+
+#[cfg_attr(not(unix), ignore = "limits the size of files")]
+#[test]
+fn a_full_disk_leaves_whole_tiles() {
+    let folder = folder();
+    let at = folder.path();
+    // Whole tiles only, so that their records have one length.
+    let render =
+        "render builtin:cornell --size 128x96 --shading normal --threads 4 -o a.png --resume";
+    let boxwood = env!("CARGO_BIN_EXE_boxwood");
+    let limited = format!("trap '' XFSZ; ulimit -f 64; exec '{boxwood}' {render}");
+    let output = std::process::Command::new("sh")
+        .current_dir(at)
+        .args(["-c", &limited])
+        .output()
+        .unwrap();
+    let said = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{said}");
+    let log = fs::read(at.join("a.png.tiles")).unwrap();
+    let header = u32::from_le_bytes(log[12..16].try_into().unwrap()) as usize + 20;
+    let record = 12 + 64 + 16 * 16 * 44 + 4;
+    let tiles = (log.len() - header) / record;
+    assert!(
+        tiles > 0 && (log.len() - header).is_multiple_of(record),
+        "{} bytes",
+        log.len()
+    );
+    let words: Vec<&str> = render.split(' ').collect();
+    assert_eq!(json(at, &words, 0)["resumed_tiles"], tiles);
+}
+
+#[test]
+fn a_path_without_a_camera_between_its_keys_is_refused_before_the_first_frame() {
+    let folder = folder();
+    let at = folder.path();
+    let path = r#"{"boxwood-path": 1, "interpolation": "linear", "keys": [
+        {"frame": 1, "eye": [278, 273, -800], "target": [278, 273, 0]},
+        {"frame": 3, "eye": [278, 273, 0], "target": [278, 273, -800]}
+    ]}"#;
+    fs::write(at.join("turn.json"), path).unwrap();
+    let args = ["render", "builtin:cornell", SIZE, "--path", "turn.json"];
+    let error = refusal(at, &args, 2);
+    assert!(error.contains("frame 2: camera"), "{error}");
+    assert_eq!(names(at), ["turn.json"]);
 }
 
 #[test]
@@ -335,7 +395,7 @@ fn a_second_process_on_the_same_tiles_is_sent_away() {
         assert!(child.try_wait().unwrap().is_none(), "it works for long");
         std::thread::sleep(Duration::from_millis(5));
     }
-    let error = refusal(at, &args, 3);
+    let error = refusal(at, &args, 4);
     child.kill().unwrap();
     child.wait().unwrap();
     assert!(
@@ -357,13 +417,14 @@ fn ctrl_c_keeps_the_tiles_and_writes_no_half_picture() {
         &["--resume"],
     ]
     .concat();
-    let child = {
+    let mut child = {
         let mut command = command(at);
         command.args(&args).stderr(Stdio::piped()).spawn().unwrap()
     };
     // The first tile.
     let log = at.join("a.png.tiles");
     while !fs::metadata(&log).is_ok_and(|found| found.len() > 6000) {
+        assert!(child.try_wait().unwrap().is_none(), "it works for long");
         std::thread::sleep(Duration::from_millis(5));
     }
     let killed = std::process::Command::new("kill")

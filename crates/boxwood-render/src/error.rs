@@ -81,6 +81,12 @@ pub enum RenderError {
         /// What to do about it; may have several lines.
         remedy: String,
     },
+    /// Another process has locked the file. Later it may be free.
+    #[error("{}: another process is at work on it; let it finish, or end it, and try again", path.display())]
+    Busy {
+        /// The file of tiles.
+        path: PathBuf,
+    },
     /// Two pictures of different size have no difference.
     #[error("the pictures differ in size: {}x{} and {}x{}; render both with the same --size", .a[0], .a[1], .b[0], .b[1])]
     SizesDiffer {

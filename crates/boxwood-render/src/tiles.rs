@@ -63,6 +63,10 @@ impl<'a> Job<'a> {
             let pixels = pixels.fetch_add(done, Ordering::Relaxed) + done;
             let rays = rays.fetch_add(desk.rays, Ordering::Relaxed) + desk.rays;
             let mut film = locked(&film);
+            // Others may have waited for the film while its last tile could not be kept.
+            if failed.load(Ordering::Relaxed) {
+                return;
+            }
             desk.lay_down(&mut film, number as usize);
             if let Err(error) = keep(&film, &desk.work(number)) {
                 failed.store(true, Ordering::Relaxed);

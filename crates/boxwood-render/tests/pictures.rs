@@ -3,13 +3,13 @@
 
 use std::sync::{
     Mutex,
-    atomic::{AtomicBool, Ordering},
+    atomic::{AtomicBool, AtomicU32, Ordering},
 };
 
 use boxwood::{BuildOptions, Builder, Scene};
 use boxwood_render::{
-    Crop, Film, PointLight, RenderOptions, SHADINGS, Shading, Surfaces, View, Watch, auto_camera,
-    render,
+    Crop, Film, PointLight, RenderError, RenderOptions, SHADINGS, Session, Shading, Surfaces,
+    TileWork, View, Watch, auto_camera, render,
 };
 use boxwood_scene::{Camera, FlatMesh, Material, Model};
 
@@ -442,4 +442,31 @@ fn a_point_light_casts_a_hard_shadow() {
             "at {at}: {light}, ambient {ambient}"
         );
     }
+}
+
+#[test]
+fn after_a_tile_that_could_not_be_kept_no_other_is_kept() {
+    let (mesh, model) = model();
+    let scene = scene(&mesh);
+    let options = options(Shading::named("normal").unwrap());
+    let view = view(400, 300);
+    let surfaces = Surfaces::new(&mesh, &model);
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(8).build();
+    let kept = AtomicU32::new(0);
+    let keep = |_: &Film, _: &TileWork| {
+        kept.fetch_add(1, Ordering::Relaxed);
+        std::thread::sleep(std::time::Duration::from_millis(20));
+        Err(RenderError::Encode {
+            format: "tile",
+            cause: "the disk is full".to_owned(),
+        })
+    };
+    let made = pool.unwrap().install(|| {
+        let session = Session::new(&scene, surfaces, &view, &options)?;
+        let film = session.film()?;
+        let tiles: Vec<u32> = (0..film.finished.len() as u32).collect();
+        session.expose(film, &tiles, Watch::default(), &keep)
+    });
+    assert!(made.is_err());
+    assert_eq!(kept.into_inner(), 1);
 }

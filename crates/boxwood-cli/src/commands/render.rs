@@ -30,7 +30,7 @@ use crate::{
 
 /// Make a picture of a scene, or many.
 ///
-/// Ctrl-C (or SIGTERM) saves the tiles that are done, and ends with exit code 4; frames of a list are written when they are whole. The same
+/// Ctrl-C (or SIGTERM) saves the tiles that are done, and ends with exit code 4; frames are written only when they are whole. The same
 /// arguments give the same picture, bit for bit, for any number of threads, in every structure, and from any number of processes.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:
@@ -90,6 +90,7 @@ pub(crate) fn run(args: &Args, out: &Output) -> anyhow::Result<Exit> {
         return nothing_to_do(&plan, out);
     }
     let studio = Studio::open(args, plan.path.clone(), out)?;
+    studio.check_cameras(&plan.pictures)?;
     match (&*plan.pictures, plan.is_series) {
         ([picture], false) => single(&studio, picture, &plan, out),
         _ => series(&studio, &plan, out),

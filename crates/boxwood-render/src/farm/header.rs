@@ -9,7 +9,7 @@ use std::{
 use boxwood_scene::Camera;
 use serde::{Deserialize, Serialize};
 
-use super::Shard;
+use super::{Shard, plain};
 use crate::{Crop, Film, MAX_PIXELS, RenderError, ScaleOptions, Shading, View};
 
 /// Everything that decides a picture, and what is needed to finish it. Files go together if [`PartHeader::difference`] finds
@@ -104,7 +104,7 @@ pub(super) fn open(path: &Path) -> Result<(PartHeader, u64, BufReader<File>), Re
             "ends before its first tile".to_owned(),
             "start its shard again",
         )),
-        Err(Flaw::Foreign(what)) => Err(refused(what, "name files that --shard has made")),
+        Err(Flaw::Foreign(what)) => Err(refused(plain(&what), "name files that --shard has made")),
         Err(Flaw::Io(cause)) => Err(refused(cause.to_string(), "name files that can be read")),
     }
 }
@@ -189,11 +189,15 @@ impl PartHeader {
         let mut pairs = ours.iter().zip(&theirs);
         let differ = pairs.find(|(ours, theirs)| ours != theirs);
         let of = |name: &str, ours: &str, theirs: &str| Difference {
-            name: name.to_owned(),
-            ours: ours.to_owned(),
-            theirs: theirs.to_owned(),
+            name: plain(name),
+            ours: plain(ours),
+            theirs: plain(theirs),
         };
         match differ {
+            Some((("the scene", ours), ("the scene", theirs))) => {
+                let [ours, theirs] = shortened([ours, theirs]);
+                Some(of("the scene", &ours, &theirs))
+            }
             Some(((name, ours), (other, theirs))) if name == other => Some(of(name, ours, theirs)),
             None if ours.len() == theirs.len() => None,
             _ => Some(of("the list of options", "one", "another")),
@@ -214,10 +218,9 @@ impl PartHeader {
             up,
             fov,
         } = self.camera;
-        let short = |hash: &str| hash.chars().take(16).collect::<String>();
         let mut fields = vec![
             ("the version of the program", self.program.clone()),
-            ("the scene", format!("{}...", short(&self.scene))),
+            ("the scene", self.scene.clone()),
             ("--size", format!("{}x{}", self.size[0], self.size[1])),
             ("--crop", format!("{x},{y},{width},{height}")),
             ("--vp", format!("{eye:?}")),
@@ -237,6 +240,15 @@ impl PartHeader {
         ));
         fields.push(("the number of shards", self.shard.count.to_string()));
         fields
+    }
+}
+
+/// Two hashes by their first digits, if these tell them apart.
+fn shortened(hashes: [&str; 2]) -> [String; 2] {
+    let short = hashes.map(|hash| hash.chars().take(16).collect::<String>() + "...");
+    match short[0] == short[1] {
+        true => hashes.map(str::to_owned),
+        false => short,
     }
 }
 
@@ -262,12 +274,12 @@ fn take(file: &mut impl Read, bytes: &mut Vec<u8>, length: usize) -> Result<(), 
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
 
     type Change = fn(&mut PartHeader);
 
-    fn header() -> PartHeader {
+    pub(in crate::farm) fn header() -> PartHeader {
         PartHeader {
             program: "1.2.3".to_owned(),
             scene: "0123".repeat(16),
@@ -368,6 +380,17 @@ mod tests {
             } = &found;
             assert_eq!((&**n, &**o, &**t), (name, ours, theirs));
         }
+        let (mut a, mut b) = (header(), header());
+        a.scene.replace_range(..1, "f");
+        let found = header().difference(&a).unwrap();
+        assert_eq!(found.theirs, "f123012301230123...");
+        b.scene.replace_range(63.., "0");
+        let found = header().difference(&b).unwrap();
+        assert_eq!((found.ours, found.theirs), (header().scene, b.scene));
+        let mut hostile = header();
+        hostile.settings[0].1 = "\u{1b}[2J".to_owned();
+        let found = header().difference(&hostile).unwrap();
+        assert_eq!(found.theirs, "\u{fffd}[2J");
         let mut same = header();
         same.file = "b.ply".to_owned();
         same.shard.number = 3;

@@ -10,6 +10,7 @@ use std::{
 use super::{
     Difference, PartHeader,
     header::Flaw as HeaderFlaw,
+    plain,
     record::{self, Flaw, Record},
 };
 use crate::{Film, RenderError, TileWork, output::remedy};
@@ -17,7 +18,8 @@ use crate::{Film, RenderError, TileWork, output::remedy};
 /// An open file of tiles, locked against others.
 ///
 /// It is a header, and a record with a checksum for each finished tile. A process may be killed at any moment: the last
-/// record may be torn, and is dropped by the next [`TileLog::open`]. 44 bytes a pixel.
+/// record may be torn, and is dropped by the next [`TileLog::open`]; one whose bits have changed is passed over, and its tile
+/// is made again. 44 bytes a pixel.
 #[derive(Debug)]
 pub struct TileLog {
     path: PathBuf,
@@ -25,36 +27,43 @@ pub struct TileLog {
 }
 
 /// What a file of tiles held when it was opened.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Resumed {
     /// Now on the film.
     pub tiles: usize,
-    /// Of a torn or damaged tail, which is gone.
+    /// Whose checksum is wrong. They stay in the file, and nobody reads them.
+    pub damaged: usize,
+    /// Of a last record that is not whole, which is gone.
     pub dropped_bytes: u64,
+    /// What the system said if it does not lock the file: nothing keeps other processes from it.
+    pub lock_error: Option<String>,
 }
+
+/// To get hold of a file that others end and begin.
+const ATTEMPTS: usize = 100;
 
 impl TileLog {
     /// Opens the file, or begins it, and lays down its tiles on `film`, which is `header`'s.
     ///
     /// # Errors
     /// If another process is at work on it, if it is of another picture (the error names what differs) or no file of tiles,
-    /// or if the system does not let it be written.
+    /// if it is damaged so that what follows cannot be found, or if the system does not let it be written.
     pub fn open(
         path: &Path,
         header: &PartHeader,
         film: &mut Film,
     ) -> Result<(Self, Resumed), RenderError> {
         let failed = |cause| failed(path, cause);
-        let mut file = locked(path)?;
+        let (mut file, lock_error) = locked(path)?;
         let length = file.metadata().map_err(failed)?.len();
         let mut reader = BufReader::new(&file);
-        let (good, tiles) = match PartHeader::read(&mut reader) {
+        let (good, mut resumed) = match PartHeader::read(&mut reader) {
             Ok((found, start)) => {
                 agree(path, &found, header)?;
-                lay_down(&mut reader, start, film).map_err(failed)?
+                lay_down(path, &mut reader, start, film)?
             }
-            Err(HeaderFlaw::Torn) => (0, 0),
-            Err(HeaderFlaw::Foreign(what)) => return Err(refused(path, what)),
+            Err(HeaderFlaw::Torn) => (0, Resumed::default()),
+            Err(HeaderFlaw::Foreign(what)) => return Err(refused(path, plain(&what))),
             Err(HeaderFlaw::Io(cause)) => return Err(failed(cause)),
         };
         file.set_len(good).map_err(failed)?;
@@ -66,22 +75,23 @@ impl TileLog {
             path: path.to_owned(),
             file: Mutex::new(file),
         };
-        let dropped_bytes = length - good;
-        Ok((
-            log,
-            Resumed {
-                tiles,
-                dropped_bytes,
-            },
-        ))
+        resumed.dropped_bytes = length - good;
+        resumed.lock_error = lock_error;
+        Ok((log, resumed))
     }
 
-    /// Appends a tile of `film`, in one write.
+    /// Appends a tile of `film`, in one write. What a failed write leaves (half a record, on a full disk) is taken back.
     pub fn keep(&self, film: &Film, tile: &TileWork) -> Result<(), RenderError> {
         let bytes = record::encode(film, tile);
         let mut file = self.file.lock().unwrap_or_else(PoisonError::into_inner);
-        file.write_all(&bytes)
-            .map_err(|cause| failed(&self.path, cause))
+        let end = file
+            .stream_position()
+            .map_err(|cause| failed(&self.path, cause))?;
+        file.write_all(&bytes).map_err(|cause| {
+            let _ = file.set_len(end);
+            let _ = file.seek(SeekFrom::Start(end));
+            failed(&self.path, cause)
+        })
     }
 
     /// Brings all to the disk, and renames the file to `path`: it is whole.
@@ -101,9 +111,9 @@ impl TileLog {
     }
 }
 
-/// Opens, or creates, and locks. A system without locks does without.
-fn locked(path: &Path) -> Result<File, RenderError> {
-    loop {
+/// Opens, or creates, and locks. A system without locks does without: then with what it said.
+fn locked(path: &Path) -> Result<(File, Option<String>), RenderError> {
+    for _ in 0..ATTEMPTS {
         let file = OpenOptions::new()
             .read(true)
             .write(true)
@@ -111,19 +121,34 @@ fn locked(path: &Path) -> Result<File, RenderError> {
             .truncate(false)
             .open(path)
             .map_err(|cause| failed(path, cause))?;
-        if let Err(TryLockError::WouldBlock) = file.try_lock() {
-            return Err(RenderError::File {
-                path: path.to_owned(),
-                place: None,
-                what: "another process is at work on it".to_owned(),
-                remedy: "let it finish, or end it".to_owned(),
-            });
-        }
-        // Whoever had the lock before may have finished, and taken the file away.
-        if path.exists() {
-            return Ok(file);
+        let lock_error = match file.try_lock() {
+            Ok(()) => None,
+            Err(TryLockError::WouldBlock) => break,
+            Err(TryLockError::Error(cause)) => Some(cause.to_string()),
+        };
+        // Whoever had the lock before may have finished, and taken the file away; and the next may have begun another.
+        if is_at(&file, path) {
+            return Ok((file, lock_error));
         }
     }
+    Err(RenderError::Busy {
+        path: path.to_owned(),
+    })
+}
+
+/// Whether `path` names this very file.
+#[cfg(unix)]
+fn is_at(file: &File, path: &Path) -> bool {
+    use std::os::unix::fs::MetadataExt;
+    let identity = |found: std::fs::Metadata| (found.dev(), found.ino());
+    let [ours, there] = [file.metadata(), path.metadata()].map(|found| found.ok().map(identity));
+    ours.is_some() && ours == there
+}
+
+/// Elsewhere the standard library tells no identity: whether anything is there.
+#[cfg(not(unix))]
+fn is_at(_: &File, path: &Path) -> bool {
+    path.exists()
 }
 
 /// The file goes on only as what it was begun as.
@@ -151,25 +176,30 @@ fn refused(path: &Path, what: String) -> RenderError {
     }
 }
 
-/// All whole records, in turn, up to the first that is none. Gives the place behind them, and their number.
+/// All whole records, in turn. Gives the place behind the last that is complete, and how many there are.
 fn lay_down(
+    path: &Path,
     reader: &mut BufReader<&File>,
     start: u64,
     film: &mut Film,
-) -> io::Result<(u64, usize)> {
-    let (mut good, mut tiles) = (start, 0);
+) -> Result<(u64, Resumed), RenderError> {
+    let (mut good, mut resumed) = (start, Resumed::default());
     loop {
         match Record::read(reader, film.window) {
             Ok(Some(record)) => {
-                // One that is there twice counts once.
-                if !film.finished[record.number as usize] {
-                    record.lay_down(film);
-                    tiles += 1;
-                }
+                resumed.tiles += usize::from(record.lay_down(film));
                 good += record.len();
             }
-            Ok(None) | Err(Flaw::Torn | Flaw::Damaged) => return Ok((good, tiles)),
-            Err(Flaw::Io(cause)) => return Err(cause),
+            Err(Flaw::Damaged(length)) => {
+                resumed.damaged += 1;
+                good += length;
+            }
+            Ok(None) | Err(Flaw::Torn) => return Ok((good, resumed)),
+            Err(Flaw::Lost) => {
+                let what = format!("is damaged at byte {good}, where a tile should begin");
+                return Err(refused(path, what));
+            }
+            Err(Flaw::Io(cause)) => return Err(failed(path, cause)),
         }
     }
 }

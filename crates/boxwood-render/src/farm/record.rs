@@ -44,10 +44,12 @@ pub(super) struct Record {
 
 /// Why there is no record.
 pub(super) enum Flaw {
-    /// The file ends within it.
+    /// The file ends within it, or holds nothing but zeros from here on, as a power cut leaves it: nothing follows.
     Torn,
-    /// It is something else, or its bits have changed.
-    Damaged,
+    /// Its bits have changed. It has so many bytes, and the next record follows.
+    Damaged(u64),
+    /// Its head tells no size: what follows is out of reach.
+    Lost,
     /// The system does not give it.
     Io(io::Error),
 }
@@ -60,9 +62,9 @@ impl Record {
         if got == 0 {
             return Ok(None);
         }
-        // A file of zeros is what a power cut leaves of a tail: damaged, however short.
         if bytes[..got.min(4)] != MARK[..got.min(4)] {
-            return Err(Flaw::Damaged);
+            let zeros = bytes[..got].iter().all(|&byte| byte == 0) && only_zeros(file)?;
+            return Err(if zeros { Flaw::Torn } else { Flaw::Lost });
         }
         if got < HEAD {
             return Err(Flaw::Torn);
@@ -70,7 +72,7 @@ impl Record {
         let (number, pixels) = (word(&bytes, 4), word(&bytes, 8) as usize);
         let exists = (number as usize) < window.tile_count();
         if !exists || window.tile(number).area() != pixels as u64 {
-            return Err(Flaw::Damaged);
+            return Err(Flaw::Lost);
         }
         bytes.resize(HEAD + COUNTERS + pixels * PIXEL + CRC, 0);
         let rest = &mut bytes[HEAD..];
@@ -80,7 +82,7 @@ impl Record {
         let end = bytes.len() - CRC;
         match crc32fast::hash(&bytes[..end]) == word(&bytes, end) {
             true => Ok(Some(Self { number, bytes })),
-            false => Err(Flaw::Damaged),
+            false => Err(Flaw::Damaged(bytes.len() as u64)),
         }
     }
 
@@ -89,8 +91,11 @@ impl Record {
         self.bytes.len() as u64
     }
 
-    /// Onto the film.
-    pub(super) fn lay_down(&self, film: &mut Film) {
+    /// Onto the film, whose counts grow by it. Says whether the tile was not there yet: one that is there twice counts once.
+    pub(super) fn lay_down(&self, film: &mut Film) -> bool {
+        if std::mem::replace(&mut film.finished[self.number as usize], true) {
+            return false;
+        }
         let counter = |k: usize| {
             let at = HEAD + 8 * k;
             u64::from(word(&self.bytes, at)) | u64::from(word(&self.bytes, at + 4)) << 32
@@ -102,7 +107,7 @@ impl Record {
             let words = std::array::from_fn(|k| word(&self.bytes, at + 4 * k));
             film.set_words(pixel, words);
         }
-        film.finished[self.number as usize] = true;
+        true
     }
 }
 
@@ -123,6 +128,18 @@ fn counters(tile: &TileWork) -> [u64; 8] {
 
 fn word(bytes: &[u8], at: usize) -> u32 {
     u32::from_le_bytes([bytes[at], bytes[at + 1], bytes[at + 2], bytes[at + 3]])
+}
+
+/// Whether nothing else follows.
+fn only_zeros(file: &mut impl Read) -> Result<bool, Flaw> {
+    let mut bytes = [0; 4096];
+    loop {
+        match read_up_to(file, &mut bytes).map_err(Flaw::Io)? {
+            0 => return Ok(true),
+            got if bytes[..got].iter().any(|&byte| byte != 0) => return Ok(false),
+            _ => {}
+        }
+    }
 }
 
 /// As many bytes as there are, up to all.
@@ -250,7 +267,21 @@ mod tests {
             let mut changed = bytes.clone();
             changed[at] ^= 0x10;
             let read = Record::read(&mut &changed[..], film.window);
-            assert!(matches!(read, Err(Flaw::Damaged)), "byte {at}");
+            match read {
+                Err(Flaw::Lost) => assert!(at < HEAD, "byte {at}"),
+                Err(Flaw::Damaged(length)) => {
+                    assert!(at >= HEAD && length == bytes.len() as u64, "byte {at}");
+                }
+                _ => panic!("byte {at}"),
+            }
+        }
+        for length in [1, 12, 10_000] {
+            let mut zeros = vec![0; length];
+            let read = Record::read(&mut &zeros[..], film.window);
+            assert!(matches!(read, Err(Flaw::Torn)), "{length} zeros");
+            zeros.push(1);
+            let read = Record::read(&mut &zeros[..], film.window);
+            assert!(matches!(read, Err(Flaw::Lost)), "{length} zeros and a one");
         }
         assert!(matches!(Record::read(&mut &[][..], film.window), Ok(None)));
     }

@@ -75,6 +75,7 @@ pub(super) fn make(
     let mut film = session.film()?;
     let header = header(studio, &view, &options, &film, shard);
     let (log, resumed) = TileLog::open(places.found(), &header, &mut film)?;
+    let rays_before = film.rays;
     tell(&resumed, places.found(), out);
     let mine: Vec<u32> = (0..film.finished.len() as u32)
         .filter(|&tile| header.shard.has(tile as usize))
@@ -89,7 +90,10 @@ pub(super) fn make(
             places.found().display()
         )));
     }
-    let mut report = Report::of(studio, picture, &view, &film, start.elapsed());
+    let mut report = {
+        let rays = film.rays.saturating_sub(rays_before);
+        Report::of(studio, picture, &view, (&film, rays), start.elapsed())
+    };
     report.resumed_tiles = Some(resumed.tiles);
     let Some(whole) = &places.whole else {
         return develop(picture, film, log, (&view, &options), report);
@@ -136,9 +140,18 @@ fn tell(resumed: &Resumed, place: &Path, out: &Output) {
             counted(resumed.tiles, "tile")
         ));
     }
+    if let Some(cause) = &resumed.lock_error {
+        out.warn(format!(
+            "{place}: cannot be locked ({cause}); let no other process make the same tiles"
+        ));
+    }
     if resumed.dropped_bytes > 0 {
         let bytes = size(resumed.dropped_bytes as usize);
         out.note(format!("{place}: {bytes} of a torn tail are dropped"));
+    }
+    if resumed.damaged > 0 {
+        let damaged = counted(resumed.damaged, "damaged tile");
+        out.warn(format!("{place}: {damaged} passed over, to be made again"));
     }
 }
 

@@ -1,6 +1,6 @@
 //! Which pictures are to be made by this process: frames, names of files, shares.
 
-use std::path::Path;
+use std::{collections::HashSet, path::Path};
 
 use boxwood_render::{CameraPath, Shard};
 use serde::Serialize;
@@ -37,7 +37,7 @@ pub(super) struct FarmArgs {
     /// These frames, one after the other: 1-240, 1-240x2, 1,5,7-9.
     #[arg(long, value_name = "LIST", allow_hyphen_values = true)]
     frames: Option<FrameList>,
-    /// Leave out pictures that are there. Only complete ones ever are.
+    /// Leave out pictures that are there. Frames are there only when they are complete.
     #[arg(long)]
     skip_existing: bool,
     /// Keep finished tiles beside the output (OUTPUT.tiles) until it is written: the same command goes on after any end.
@@ -73,7 +73,7 @@ pub(super) struct Plan {
     pub(super) shard: Option<Shard>,
     /// How the camera moves, if by a file.
     pub(super) path: Option<CameraPath>,
-    /// What was there already is left alone, and interrupted pictures are not written.
+    /// Interrupted pictures are not written: a frame, or what is to be left out when it is there, is whole or not there.
     pub(super) only_whole: bool,
 }
 
@@ -112,7 +112,7 @@ impl FarmArgs {
             is_series,
             shard: shard.filter(|_| !is_series),
             path,
-            only_whole: is_series || self.skip_existing,
+            only_whole: self.has_frames() || self.skip_existing,
         };
         self.check(&plan, out)?;
         Ok(plan)
@@ -167,6 +167,13 @@ impl FarmArgs {
             return Ok(());
         };
         save::check(Some(first), out, &extensions)?;
+        // The frame may be in a folder's name too.
+        let mut folders = HashSet::from([Path::new(first).parent()]);
+        for Picture { output, .. } in &plan.pictures {
+            if folders.insert(Path::new(output).parent()) {
+                save::check(Some(output), out, &extensions)?;
+            }
+        }
         let keeps = self.resume || plan.shard.is_some();
         if first == "-" && (keeps || self.skip_existing || plan.is_series) {
             return Err(Trouble::usage(
@@ -268,5 +275,48 @@ impl Plan {
             ))?;
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::Parser;
+
+    use super::*;
+    use crate::{Cli, commands::Command};
+
+    fn plan(words: &str) -> Result<Plan, String> {
+        let words = ["boxwood", "render", "builtin:bush"]
+            .into_iter()
+            .chain(words.split(' '));
+        let Some(Command::Render(args)) = Cli::try_parse_from(words).unwrap().command else {
+            panic!("another command")
+        };
+        let output = args.output.unwrap_or("a.png".to_owned());
+        let out = Output::new("render", false);
+        args.farm
+            .plan(&output, &out)
+            .map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn frames_are_written_only_when_they_are_whole() {
+        for words in ["--frame 5", "--turntable 8 --frame 5", "--skip-existing"] {
+            assert!(plan(words).unwrap().only_whole, "{words}");
+        }
+        assert!(!plan("--seed 1").unwrap().only_whole);
+    }
+
+    #[test]
+    fn the_folders_of_all_frames_are_there_before_the_work() {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::create_dir(folder.path().join("1")).unwrap();
+        let words = |list: &str| {
+            let place = folder.path().display();
+            format!("--turntable 9 --frames {list} -o {place}/{{frame}}/a.png")
+        };
+        plan(&words("1")).unwrap();
+        let error = plan(&words("1-3")).unwrap_err();
+        assert!(error.contains("there is no folder"), "{error}");
     }
 }

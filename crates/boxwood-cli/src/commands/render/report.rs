@@ -46,11 +46,12 @@ pub(super) struct Report {
 }
 
 impl Report {
+    /// Of a film for which so many `rays` were shot in `time`: other tiles may be taken over.
     pub(super) fn of(
         studio: &Studio<'_>,
         picture: &Picture,
         view: &View,
-        film: &Film,
+        (film, rays): (&Film, u64),
         time: Duration,
     ) -> Self {
         let per_ray = |count: u64| count as f64 / film.counts.rays.max(1) as f64;
@@ -73,8 +74,8 @@ impl Report {
             load_ms: milliseconds(studio.loaded.time),
             build_ms: milliseconds(studio.build_time),
             render_ms: milliseconds(time),
-            rays: film.rays,
-            mrays_per_second: film.rays as f64 / time.as_secs_f64().max(1e-9) / 1e6,
+            rays,
+            mrays_per_second: rays as f64 / time.as_secs_f64().max(1e-9) / 1e6,
             box_tests_per_camera_ray: per_ray(film.counts.boxes),
             primitive_tests_per_camera_ray: per_ray(film.counts.prims),
         }

@@ -44,6 +44,12 @@ impl ShardChoice {
             return Ok(shard);
         }
         let slurm = |name: &str| variable(&format!("{SLURM}{name}"));
+        if slurm("COUNT").is_some_and(|count| count.trim() == "1") {
+            return Err(Trouble::usage(
+                "--shard auto: the Slurm array has one task, which cannot tell whose share it makes again",
+                "to make a share again, give it, as in --shard 5/8; to make all in one task, leave out --shard",
+            ));
+        }
         if slurm("ID").is_some() {
             return of_slurm(&slurm).ok_or_else(|| {
                 Trouble::usage(
@@ -72,11 +78,10 @@ fn of_slurm(slurm: &dyn Fn(&str) -> Option<String>) -> Option<Shard> {
     let number = |name: &str| slurm(name)?.trim().parse::<i64>().ok();
     let (id, min, max) = (number("ID")?, number("MIN")?, number("MAX")?);
     let count = number("COUNT")?;
-    let step = match count {
-        1 => 1,
-        2.. => (max.checked_sub(min)? / (count - 1)).max(1),
-        _ => return None,
-    };
+    if count < 2 {
+        return None;
+    }
+    let step = (max.checked_sub(min)? / (count - 1)).max(1);
     let place = id.checked_sub(min)?;
     let even = min + step * (count - 1) == max && place % step == 0;
     even.then(|| shard(place / step, count)).flatten()
@@ -121,7 +126,9 @@ mod tests {
         assert_eq!(slurm("1", "1", "8", "8").unwrap(), "1/8");
         assert_eq!(slurm("7", "0", "7", "8").unwrap(), "8/8");
         assert_eq!(slurm("20", "10", "30", "3").unwrap(), "2/3");
-        assert_eq!(slurm("5", "5", "5", "1").unwrap(), "1/1");
+        // `sbatch --array=5`, to make one share of eight again.
+        let alone = slurm("5", "5", "5", "1").unwrap_err();
+        assert!(alone.contains("has one task"), "{alone}");
         for (id, min, max, count) in [
             ("3", "1", "7", "3"),
             ("9", "1", "8", "8"),

@@ -88,6 +88,12 @@ impl<'a> Studio<'a> {
         Ok((view, options))
     }
 
+    /// Between keys that disagree much there may be no camera: better known before the first frame is made.
+    pub(super) fn check_cameras(&self, pictures: &[Picture]) -> anyhow::Result<()> {
+        let mut frames = pictures.iter().map(|picture| picture.frame);
+        frames.try_for_each(|frame| self.view(frame).map(drop))
+    }
+
     fn view(&self, frame: Option<i32>) -> anyhow::Result<View> {
         let frame = frame.unwrap_or(1);
         let camera = match &self.motion {
@@ -154,7 +160,7 @@ impl<'a> Studio<'a> {
             )));
         }
         write(output, &film, &view.camera(), options.shading.name)?;
-        let report = Report::of(self, picture, &view, &film, time);
+        let report = Report::of(self, picture, &view, (&film, film.rays), time);
         Ok(Made {
             interrupted: (share < 1.0).then(|| {
                 format!(
