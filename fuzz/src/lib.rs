@@ -41,13 +41,14 @@ pub fn load(format: &str, bytes: &[u8]) {
     assert!(flat.positions.iter().flatten().all(|x| x.is_finite()));
 }
 
-/// Opens `bytes` as a saved scene whose length and hash are right, and asks whatever opens. It saves as it was, and every hit is one that
+/// Loads `bytes` as a saved scene whose length and hash are right, opens them, and asks whatever opens. It saves as it was, and every hit is one that
 /// brute force has, too. (A forger can leave out a part of a triangle that a builder split: that is a wrong answer, and no more.)
 ///
 /// # Panics
 /// If one of these does not hold, which is what the fuzzer looks for.
 pub fn open(bytes: &[u8]) {
     let Some(sealed) = sealed(bytes) else { return };
+    load("bwx", &sealed);
     let scene = match Scene::open_bytes(sealed.clone()) {
         Ok(scene) => scene,
         Err(error) => {

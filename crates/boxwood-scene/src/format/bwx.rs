@@ -27,8 +27,17 @@ fn load(bytes: &[u8], door: &mut Door) -> Result<Model, LoadError> {
         let cause = format!("has {count} triangles, the limit is {limit}");
         return Err(door.error(None, cause));
     }
+    if count == 0 {
+        door.warn("a scene without triangles");
+    }
+    if let Some(origin) = origin(&scene) {
+        let [x, y, z] = origin;
+        door.warn(format!(
+            "its coordinates count from the note `origin`, ({x}, {y}, {z}): add that to what is printed"
+        ));
+    }
     let mut model = Model::default();
-    let mut indexed = Indexed::of(&scene);
+    let mut indexed = Indexed::of(&scene, door);
     for geom in 0.. {
         let Some(len) = scene.mesh_len(geom) else {
             break;
@@ -66,6 +75,19 @@ pub fn with_vertices(scene: Scene, mesh: &FlatMesh) -> Scene {
         .with_note("indices", indices)
 }
 
+/// Vertices for each triangle, over all meshes of a scene: most of more have no triangle. A file may say anything, and shall not take more
+/// memory than its own length explains.
+const MOST_VERTICES: u64 = 15;
+
+/// What Python has taken from the coordinates, which single precision would else have rounded: three numbers of 64 bits.
+fn origin(scene: &Scene) -> Option<[f64; 3]> {
+    let (numbers, rest) = scene.note("origin")?.as_chunks::<8>();
+    let origin: [f64; 3] = <[[u8; 8]; 3]>::try_from(numbers)
+        .ok()?
+        .map(f64::from_le_bytes);
+    (rest.is_empty() && origin != [0.0; 3]).then_some(origin)
+}
+
 /// Three vertices for each triangle.
 fn soup(scene: &Scene, geom: u32, len: usize) -> Option<Mesh> {
     let triangles = (0..len as u32).map(|prim| scene.triangle(geom, prim));
@@ -88,10 +110,20 @@ struct Indexed<'a> {
 }
 
 impl<'a> Indexed<'a> {
-    fn of(scene: &'a Scene) -> Option<Self> {
+    /// `None` where there are no such notes, or more vertices than are worth it.
+    fn of(scene: &'a Scene, door: &mut Door) -> Option<Self> {
         let (indices, _) = scene.note("indices")?.as_chunks::<4>();
+        let counts = scene.note("vertices")?.as_chunks::<8>().0.iter();
+        let add = |sum: u64, count: &[u8; 8]| sum.saturating_add(u64::from_le_bytes(*count));
+        let (vertices, triangles) = (counts.clone().fold(0, add), scene.len() as u64);
+        if vertices > MOST_VERTICES * triangles {
+            door.warn(format!(
+                "{vertices} vertices for {triangles} triangles: each triangle is given three of its own"
+            ));
+            return None;
+        }
         Some(Self {
-            counts: scene.note("vertices")?.as_chunks::<8>().0.iter(),
+            counts,
             indices: indices.as_chunks::<3>().0.iter(),
         })
     }
@@ -99,14 +131,9 @@ impl<'a> Indexed<'a> {
     /// Vertices that no triangle has are zero. `None` if the notes do not fit the triangles.
     fn mesh(&mut self, scene: &Scene, geom: u32, len: usize) -> Option<Mesh> {
         let count = usize::try_from(u64::from_le_bytes(*self.counts.next()?)).ok()?;
-        // A file may say anything; no mesh that is worth it has more vertices than this.
-        if count > 3 * len + scene.note("indices")?.len() {
-            return None;
-        }
-        let mut mesh = Mesh {
-            positions: vec![[0.0; 3]; count],
-            ..Mesh::default()
-        };
+        let mut mesh = Mesh::default();
+        mesh.positions.try_reserve_exact(count).ok()?;
+        mesh.positions.resize(count, [0.0; 3]);
         for prim in 0..len as u32 {
             let corners = self.indices.next()?.map(u32::from_le_bytes);
             for (vertex, position) in corners.into_iter().zip(scene.triangle(geom, prim)?.0) {
@@ -174,9 +201,43 @@ mod tests {
     }
 
     #[test]
+    fn meshes_together_have_no_more_vertices_than_the_file_explains() {
+        let (positions, indices) = square();
+        let many = |count: u64| {
+            let one = |builder: boxwood::SceneBuilder, _| builder.mesh(&positions, &indices[..1]);
+            let scene = (0..400).fold(Scene::builder(), one).build().unwrap();
+            let corners = [0, 1, 2].map(u32::to_le_bytes).as_flattened().repeat(400);
+            let noted = scene
+                .with_note("vertices", count.to_le_bytes().repeat(400))
+                .with_note("indices", corners);
+            let model = loaded(&bytes(&noted)).unwrap();
+            (model.meshes[399].positions.len(), model.warnings.join(""))
+        };
+        assert_eq!(many(15), (15, String::new()));
+        for over in [16, 4803, u64::MAX] {
+            let (vertices, told) = many(over);
+            assert_eq!(vertices, 3);
+            assert!(told.contains("vertices for 400 triangles"), "{told}");
+        }
+    }
+
+    #[test]
+    fn an_origin_is_told_of() {
+        let (positions, indices) = square();
+        let warnings = |origin: [f64; 3]| {
+            let scene = Scene::new(&positions, &indices).unwrap();
+            let noted = scene.with_note("origin", origin.map(f64::to_le_bytes).as_flattened());
+            loaded(&bytes(&noted)).unwrap().warnings
+        };
+        assert_eq!(warnings([0.0; 3]), [""; 0]);
+        let told = warnings([691_000.5, 5_336_000.0, 0.0]).join("");
+        assert!(told.contains("(691000.5, 5336000, 0)"), "{told}");
+    }
+
+    #[test]
     fn notes_that_lie_and_broken_files_are_refused() {
         let (positions, indices) = square();
-        for (count, first) in [(3_u64, 0_u32), (u64::MAX, 0), (4, 9), (4, 3)] {
+        for (count, first) in [(3_u64, 0_u32), (4, 9), (4, 3)] {
             let mut lie = indices;
             lie[0][0] = first;
             let lie: Vec<u8> = lie

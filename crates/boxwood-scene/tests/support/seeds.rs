@@ -82,7 +82,7 @@ pub(crate) fn sealed_seeds() -> Vec<(&'static str, Vec<u8>)> {
     options.map(|options| ("bwx", saved(options))).into()
 }
 
-/// Forty triangles in two meshes, slivers among them, with a note.
+/// Forty triangles in two meshes, slivers among them, with the notes that loaders look at.
 fn saved(options: boxwood::BuildOptions) -> Vec<u8> {
     let corner = |i: u32| {
         let (x, y) = ((i % 7) as f32, (i / 7) as f32);
@@ -99,7 +99,18 @@ fn saved(options: boxwood::BuildOptions) -> Vec<u8> {
         .mesh(&positions, &indices[30..]);
     let scene = builder.options(options).build().expect("a small scene");
     let mut bytes = Vec::new();
-    let noted = scene.with_note("units", "mm");
+    let corners = indices.as_flattened().iter();
+    let noted = scene
+        .with_note("units", "mm")
+        .with_note(
+            "origin",
+            [1.5_f64, 0.0, -2.0].map(f64::to_le_bytes).as_flattened(),
+        )
+        .with_note("vertices", 42_u64.to_le_bytes().repeat(2))
+        .with_note(
+            "indices",
+            corners.flat_map(|i| i.to_le_bytes()).collect::<Vec<_>>(),
+        );
     noted.save(&mut bytes).expect("a vector takes all");
     bytes
 }
