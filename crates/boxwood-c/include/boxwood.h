@@ -12,8 +12,8 @@
  *
  * Pointers. NULL where something is needed, a pointer that is not a multiple of 4, a stride that is none: these are errors. What
  * cannot be checked is the caller's promise: that a pointer leads to as many values as the call says, which nobody writes during
- * the call (nor reads, where they are written); that a scene came from bw_scene_new and was not freed. Nothing is kept: what is
- * attached is copied.
+ * the call (nor reads, where they are written); that a scene came from bw_scene_new, bw_scene_open or bw_scene_read and was not
+ * freed. Nothing is kept: what is attached is copied.
  *
  * Errors. A call fails with a BwError, or as its comment says, and changes nothing; bw_last_error_message has the sentence, for
  * each thread its own. Nothing unwinds into the program, and nothing ends it, unless the system has not even a few kilobytes left.
@@ -67,6 +67,10 @@ typedef enum BwError {
   BW_ERROR_NO_THREADS = 14,
   // A mistake in Boxwood; please report it. The scene is as it was before the call.
   BW_ERROR_INTERNAL = 15,
+  // The system did not let a file be read or written.
+  BW_ERROR_FILE = 16,
+  // A file is no scene, one of another version, or damaged.
+  BW_ERROR_BAD_FILE = 17,
 } BwError;
 
 // How much a build may cost for how good a structure.
@@ -183,6 +187,24 @@ void bw_clear_error(void);
 // A scene of nothing yet; NULL after an error. `bw_scene_free` ends it.
 struct BwScene *bw_scene_new(void);
 
+// Writes the scene as it was last committed to a file (`.bwx`), some 90 bytes a triangle, which `bw_scene_open` opens without a build,
+// as do Rust, Python and the command line. Only triangles that are not compact are saved: BW_ERROR_UNSUPPORTED for others.
+//
+// The file is written beside `path` and renamed there: whoever reads what stood there, or has it mapped, keeps it, and after an error it
+// stays. `path` ends with a zero byte, and is UTF-8 where the system does not take any bytes.
+enum BwError bw_scene_save(const struct BwScene *scene,
+                           const char *path);
+
+// The scene in a file that `bw_scene_save` wrote, committed; NULL after an error. `bw_scene_free` ends it. All bytes are checked first.
+//
+// The file is mapped, not copied: all processes that open it share one copy. It must stay as it is until all scenes and instances made
+// of it have gone: saving over it by renaming, as `bw_scene_save` does, is fine, but a program that writes into it in place breaks its
+// readers in any way (wrong answers, a crash), and one that cuts it short ends them (SIGBUS). Where that may be, take `bw_scene_read`.
+struct BwScene *bw_scene_open(const char *path);
+
+// `bw_scene_open`, but copied into memory: what becomes of the file afterwards does not matter.
+struct BwScene *bw_scene_read(const char *path);
+
 // Ends a scene; NULL is fine. No other call may be using it. Instances of it in other scenes stay.
 void bw_scene_free(struct BwScene *scene);
 
@@ -273,7 +295,8 @@ bool bw_occluded1_masked(const struct BwScene *scene, const struct BwRay *ray, u
 // All hits in the ray's range, nearest first, each triangle at most once: the first `capacity` of them are written to `hits`, and
 // how many there are in all to `total`.
 //
-// If `total` is larger than `capacity`, ask again with more room. `hits` may be NULL if `capacity` is 0.
+// If `total` is larger than `capacity`, ask again with more room. `hits` may be NULL if `capacity` is 0: then they are only counted.
+// Else all of them, 24 bytes each, are in memory meanwhile, however small `capacity` is; a ray may meet every triangle there is.
 enum BwError bw_all_hits1(const struct BwScene *scene,
                           const struct BwRay *ray,
                           struct BwHit *hits,

@@ -7,7 +7,8 @@
 
 use crate::ask;
 use crate::error::{self, BwError, Failure, call, status};
-use crate::memory::{Input, Output, handle, read, write};
+use crate::file;
+use crate::memory::{self, Input, Output, handle, read, write};
 use crate::pool::MAX_THREADS;
 use crate::scene::{BwScene, Given};
 use crate::types::{BW_INVALID_ID, BwBounds, BwHit, BwNearest, BwQuality, BwRay, BwStats};
@@ -51,12 +52,44 @@ pub extern "C" fn bw_scene_new() -> *mut BwScene {
     })
 }
 
+/// Writes the scene as it was last committed to a file (`.bwx`), some 90 bytes a triangle, which `bw_scene_open` opens without a build,
+/// as do Rust, Python and the command line. Only triangles that are not compact are saved: BW_ERROR_UNSUPPORTED for others.
+///
+/// The file is written beside `path` and renamed there: whoever reads what stood there, or has it mapped, keeps it, and after an error it
+/// stays. `path` ends with a zero byte, and is UTF-8 where the system does not take any bytes.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn bw_scene_save(scene: *const BwScene, path: *const c_char) -> BwError {
+    status(|| {
+        // SAFETY: as the header demands of the caller.
+        let (scene, path) = unsafe { (handle("scene", scene)?, memory::path(path)?) };
+        file::save(&*scene.committed()?, scene.threads(), &path)
+    })
+}
+
+/// The scene in a file that `bw_scene_save` wrote, committed; NULL after an error. `bw_scene_free` ends it. All bytes are checked first.
+///
+/// The file is mapped, not copied: all processes that open it share one copy. It must stay as it is until all scenes and instances made
+/// of it have gone: saving over it by renaming, as `bw_scene_save` does, is fine, but a program that writes into it in place breaks its
+/// readers in any way (wrong answers, a crash), and one that cuts it short ends them (SIGBUS). Where that may be, take `bw_scene_read`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn bw_scene_open(path: *const c_char) -> *mut BwScene {
+    // SAFETY: as the header demands of the caller.
+    unsafe { from_file(path, true) }
+}
+
+/// `bw_scene_open`, but copied into memory: what becomes of the file afterwards does not matter.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn bw_scene_read(path: *const c_char) -> *mut BwScene {
+    // SAFETY: as the header demands of the caller.
+    unsafe { from_file(path, false) }
+}
+
 /// Ends a scene; NULL is fine. No other call may be using it. Instances of it in other scenes stay.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn bw_scene_free(scene: *mut BwScene) {
     call((), || {
         if !scene.is_null() {
-            // SAFETY: it came from `bw_scene_new`, and the caller gives it up.
+            // SAFETY: a `Box` made it (`bw_scene_new`, `from_file`), and the caller gives it up.
             drop(unsafe { Box::from_raw(scene) });
         }
         Ok(())
@@ -291,7 +324,8 @@ pub unsafe extern "C" fn bw_occluded1_masked(
 /// All hits in the ray's range, nearest first, each triangle at most once: the first `capacity` of them are written to `hits`, and
 /// how many there are in all to `total`.
 ///
-/// If `total` is larger than `capacity`, ask again with more room. `hits` may be NULL if `capacity` is 0.
+/// If `total` is larger than `capacity`, ask again with more room. `hits` may be NULL if `capacity` is 0: then they are only counted.
+/// Else all of them, 24 bytes each, are in memory meanwhile, however small `capacity` is; a ray may meet every triangle there is.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn bw_all_hits1(
     scene: *const BwScene,
@@ -307,6 +341,11 @@ pub unsafe extern "C" fn bw_all_hits1(
             let mut places = Output::new("hits", hits, capacity, 0)?;
             write("total", total, || {
                 let scene = scene.committed()?;
+                if capacity == 0 {
+                    let mut count = [0];
+                    scene.count_hits(&[ray.into()], &mut count);
+                    return Ok(count[0] as usize);
+                }
                 let found = scene.all_hits(&ray.into());
                 for (index, &hit) in found.iter().take(capacity).enumerate() {
                     places.set(index, ask::located(&scene, Some(hit)));
@@ -430,6 +469,19 @@ unsafe fn answer1(
             place.set(0, ask::located(&scene, found));
         }
         Ok(found.is_some())
+    })
+}
+
+/// A scene of a file.
+///
+/// # Safety
+/// As in `bw_scene_open`.
+unsafe fn from_file(path: *const c_char, is_mapped: bool) -> *mut BwScene {
+    call(std::ptr::null_mut(), || {
+        // SAFETY: as promised by the caller.
+        let path = unsafe { memory::path(path)? };
+        let scene = file::opened(&path, is_mapped)?;
+        Ok(Box::into_raw(Box::new(BwScene::of(scene))))
     })
 }
 

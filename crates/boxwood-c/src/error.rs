@@ -1,7 +1,7 @@
 //! Errors as C has them: a code from the call, and a sentence for this thread.
 
 use crate::float_modes::FloatModes;
-use boxwood::BuildError;
+use boxwood::{BuildError, FileCause, FileError};
 use std::any::Any;
 use std::cell::RefCell;
 use std::ffi::{CString, c_char};
@@ -43,6 +43,10 @@ pub enum BwError {
     NoThreads = 14,
     /// A mistake in Boxwood; please report it. The scene is as it was before the call.
     Internal = 15,
+    /// The system did not let a file be read or written.
+    File = 16,
+    /// A file is no scene, one of another version, or damaged.
+    BadFile = 17,
 }
 
 /// A failed call: what its thread is told.
@@ -80,6 +84,18 @@ impl From<BuildError> for Failure {
             BuildError::OutOfMemory { .. } => BwError::OutOfMemory,
             // Names, features, counts and cancelling are not the C caller's: it cannot ask for them.
             _ => BwError::Internal,
+        };
+        Self::new(code, error.to_string())
+    }
+}
+
+impl From<FileError> for Failure {
+    fn from(error: FileError) -> Self {
+        let code = match error.cause {
+            FileCause::NotSaved { .. } => BwError::Unsupported,
+            FileCause::System { .. } => BwError::File,
+            FileCause::OutOfMemory { .. } => BwError::OutOfMemory,
+            _ => BwError::BadFile,
         };
         Self::new(code, error.to_string())
     }

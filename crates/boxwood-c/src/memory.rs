@@ -11,7 +11,9 @@
 use crate::error::{BwError, Failure};
 use crate::types::{BwBounds, BwHit, BwNearest, BwRay, BwStats};
 use boxwood::BuildError;
+use std::ffi::{CStr, c_char};
 use std::marker::PhantomData;
+use std::path::PathBuf;
 
 /// Types whose bits C may choose: any of them is a value.
 ///
@@ -97,6 +99,31 @@ impl<T: Plain> Input<'_, T> {
 pub(crate) unsafe fn read<T: Plain>(what: &str, pointer: *const T) -> Result<T, Failure> {
     // SAFETY: as promised by the caller.
     unsafe { Input::new(what, pointer, 1, 0) }.map(|input| input.get(0))
+}
+
+/// A file's name: bytes on Unix, else UTF-8.
+///
+/// # Safety
+/// NULL, or a C string that nobody writes meanwhile.
+pub(crate) unsafe fn path(name: *const c_char) -> Result<PathBuf, Failure> {
+    if name.is_null() {
+        return Err(Failure::new(BwError::NullPointer, "path is NULL"));
+    }
+    // SAFETY: as promised by the caller.
+    let name = unsafe { CStr::from_ptr(name) };
+    if name.is_empty() {
+        return Err(Failure::new(BwError::InvalidArgument, "path is empty"));
+    }
+    #[cfg(unix)]
+    {
+        use std::os::unix::ffi::OsStrExt;
+        Ok(std::ffi::OsStr::from_bytes(name.to_bytes()).into())
+    }
+    #[cfg(not(unix))]
+    {
+        let utf8 = name.to_str().map(PathBuf::from);
+        utf8.map_err(|_| Failure::new(BwError::InvalidArgument, "path is not UTF-8"))
+    }
 }
 
 /// Places to write to.

@@ -54,6 +54,15 @@ impl BwScene {
         }
     }
 
+    /// A scene that was committed already: it may be asked at once, and what is attached later counts from the next commit on.
+    pub(crate) fn of(scene: Scene) -> Self {
+        let new = Self::new();
+        let meshes = (0..).map_while(|geom| scene.mesh_len(geom));
+        new.plan().meshes = meshes.map(|_| Mesh::Committed).collect();
+        new.committed.store(Some(Arc::new(scene)));
+        new
+    }
+
     /// The scene to ask.
     #[inline]
     pub(crate) fn committed(&self) -> Result<Committed, Failure> {

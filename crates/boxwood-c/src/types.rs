@@ -196,5 +196,5 @@ const _: () = assert!(size_of::<BwRay>() == 32 && align_of::<BwRay>() == 4);
 const _: () = assert!(size_of::<BwHit>() == 36 && align_of::<BwHit>() == 4);
 const _: () = assert!(size_of::<BwNearest>() == 32 && align_of::<BwNearest>() == 4);
 const _: () = assert!(size_of::<BwBounds>() == 24 && align_of::<BwBounds>() == 4);
-const _: () = assert!(size_of::<BwStats>() == 32 && align_of::<BwStats>() == 8);
+const _: () = assert!(size_of::<BwStats>() == 32);
 const _: () = assert!(Hit::NO_INSTANCE == BW_INVALID_ID);

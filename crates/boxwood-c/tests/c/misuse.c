@@ -91,7 +91,43 @@ static void null_pointers(BwScene *scene) {
     FAILS(bw_closest_points(scene, NULL, 1, 0, &nearest, 0) == null, null, "points");
     FAILS(bw_closest_points(scene, number, 1, 0, NULL, 0) == null, null, "nearest");
     FAILS(bw_signed_distances(scene, number, 1, 0, NULL) == null, null, "distances");
+    FAILS(bw_scene_save(NULL, "a.bwx") == null, null, "scene");
+    FAILS(bw_scene_save(scene, NULL) == null, null, "path");
+    FAILS(bw_scene_open(NULL) == NULL, null, "path");
+    FAILS(bw_scene_read(NULL) == NULL, null, "path");
     bw_scene_free(NULL);
+}
+
+/* A scene that was saved answers as before; what is no scene, or cannot be written, is refused. */
+static void files(void) {
+    const BwRay ray = {{0, 0, 0}, 0, {0, 0, 1}, INFINITY};
+    char folder[] = "/tmp/boxwood-XXXXXX", path[64], nowhere[64];
+    CHECK(mkdtemp(folder) != NULL);
+    snprintf(path, sizeof path, "%s/a.bwx", folder);
+    snprintf(nowhere, sizeof nowhere, "%s/no/a.bwx", folder);
+    BwScene *scene = plate(), *fresh = bw_scene_new();
+    FAILS(bw_scene_open(path) == NULL, BW_ERROR_FILE, "a.bwx");
+    FAILS(bw_scene_save(fresh, path) == BW_ERROR_NOT_COMMITTED, BW_ERROR_NOT_COMMITTED, "bw_scene_commit");
+    FAILS(bw_scene_save(scene, nowhere) == BW_ERROR_FILE, BW_ERROR_FILE, "no/a.bwx");
+    FAILS(bw_scene_save(scene, "") == BW_ERROR_INVALID_ARGUMENT, BW_ERROR_INVALID_ARGUMENT, "empty");
+    CHECK(bw_scene_save(scene, path) == BW_ERROR_NONE);
+    BwScene *opened[2] = {bw_scene_open(path), bw_scene_read(path)};
+    CHECK(bw_scene_save(scene, path) == BW_ERROR_NONE);
+    for (int i = 0; i < 2; i++) {
+        BwHit hit;
+        CHECK(bw_intersect1(opened[i], &ray, &hit) && hit.t == 5);
+        CHECK(bw_attach_triangles(opened[i], CORNERS[0], 3, 0, TRIANGLE, 1, 0) == 1);
+        CHECK(bw_scene_commit(opened[i]) == BW_ERROR_NONE);
+        bw_scene_free(opened[i]);
+    }
+    CHECK(bw_scene_set_compact(scene, true) == BW_ERROR_NONE && bw_scene_commit(scene) == BW_ERROR_NONE);
+    FAILS(bw_scene_save(scene, path) == BW_ERROR_UNSUPPORTED, BW_ERROR_UNSUPPORTED, "compact");
+    FILE *file = fopen(path, "wb");
+    CHECK(file != NULL && fputs("no scene", file) >= 0 && fclose(file) == 0);
+    FAILS(bw_scene_open(path) == NULL, BW_ERROR_BAD_FILE, "no saved scene");
+    CHECK(remove(path) == 0 && rmdir(folder) == 0);
+    bw_scene_free(scene);
+    bw_scene_free(fresh);
 }
 
 static void strides_and_counts(BwScene *scene) {
@@ -320,6 +356,7 @@ int main(void) {
     floating_point_modes();
     little_stack();
     fork_and_ask(scene);
+    files();
     bw_scene_free(scene);
     printf("%d failed of %d checks\n", failed, tried);
     return failed ? 1 : 0;
