@@ -46,6 +46,27 @@ fn assert_same(a: &Scene, b: &Scene, rays: &[Ray], name: &str) {
         let all = |scene: &Scene| scene.all_hits(ray).into_iter().map(|hit| bits(Some(hit)));
         assert!(all(a).eq(all(b)), "{name}: {}", code(ray));
     }
+    #[cfg(feature = "lists")]
+    assert_same_lists(a, b, rays, name);
+}
+
+/// Lists and their lengths, of one scene and of the other, as `all_hits` has them.
+#[cfg(feature = "lists")]
+fn assert_same_lists(a: &Scene, b: &Scene, rays: &[Ray], name: &str) {
+    let (of_a, of_b) = (a.list_hits(rays), b.list_hits(rays));
+    let counts = [a, b].map(|scene| {
+        let mut counts = vec![0; rays.len()];
+        scene.count_hits(rays, &mut counts);
+        counts
+    });
+    for (i, ray) in rays.iter().enumerate() {
+        let expected = a.all_hits(ray);
+        assert_eq!(of_a.of(i), expected, "{name}: {}", code(ray));
+        assert_eq!(of_b.of(i), expected, "{name}: {}", code(ray));
+        for counts in &counts {
+            assert_eq!(counts[i] as usize, expected.len(), "{name}: {}", code(ray));
+        }
+    }
 }
 
 #[cfg(feature = "distances")]
@@ -90,6 +111,27 @@ fn an_opened_scene_answers_bit_for_bit_like_the_built_one_and_like_brute_force()
                 assert_same_distances(&opened, &scene, &points, name);
             }
         }
+    }
+}
+
+#[test]
+fn an_opened_scene_of_split_triangles_names_each_of_them_once() {
+    let scenes = scenes();
+    let (name, mesh) = scenes.iter().find(|(name, _)| *name == "slivers").unwrap();
+    let options = BuildOptions {
+        split_budget: 2.0,
+        ..BuildOptions::high()
+    };
+    let scene = built(mesh, "wide", options);
+    let (references, triangles) = (scene.stats().references, scene.len());
+    assert!(references > triangles, "{references} of {triangles}");
+    let opened = Scene::open_bytes(saved(&scene)).unwrap();
+    let rays = rays(mesh, 2000, 5);
+    assert_same(&opened, &scene, &rays, name);
+    let list = built(mesh, "list", BuildOptions::default());
+    for ray in &rays {
+        let all = |scene: &Scene| scene.all_hits(ray).into_iter().map(|hit| bits(Some(hit)));
+        assert!(all(&opened).eq(all(&list)), "{}", code(ray));
     }
 }
 

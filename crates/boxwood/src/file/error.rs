@@ -80,6 +80,10 @@ impl FileError {
         }
     }
 
+    pub(super) fn out_of_memory(bytes: u64) -> Self {
+        Self::new(FileCause::OutOfMemory { bytes })
+    }
+
     pub(super) fn of(self, path: &Path) -> Self {
         Self {
             file: Some(path.to_owned()),
@@ -142,7 +146,7 @@ impl fmt::Display for FileCause {
             Self::OutOfMemory { bytes } => {
                 write!(
                     f,
-                    "{bytes} bytes of memory were refused by the system (map the file)"
+                    "{bytes} bytes of memory were refused by the system (make room; the least is needed where the file is mapped, by `Scene::open`)"
                 )
             }
         }

@@ -46,9 +46,11 @@ impl Scene {
     /// The scene in a file, which becomes memory (`mmap`) and is read in place: all processes that open it share one copy, and
     /// a second one opens it from the system's cache. All of it is read and checked first, in a fraction of the time of a build.
     ///
-    /// The file must stay as it is while the scene lives. Whoever renames a new file to its place, as saving should, may
-    /// do so at any time. But a program that writes into the file in place changes the scene under its readers, who then get wrong answers, panic or
-    /// never end; and one that cuts it short ends them by a signal (SIGBUS on Unix). Where others may do that, take [`Scene::read`].
+    /// **The file must stay as it is while the scene lives.** Whoever renames a new file to its place, as saving should, may
+    /// do so at any time. But memory that another program changes under a reader is outside of what Rust promises anything about: the call is
+    /// safe to write and unsound then. What happens in practice is that a program that writes into the file in place makes its readers give
+    /// wrong answers, panic or never end, and one that cuts it short ends them by a signal (SIGBUS on Unix). Where others may do that,
+    /// take [`Scene::read`], which is safe whatever becomes of the file.
     ///
     /// # Errors
     /// If it cannot be read, is no scene, is of another version, or is damaged in any way.
@@ -117,9 +119,7 @@ impl AlignedBytes {
         len: usize,
         fill: impl FnOnce(&mut [u8]) -> std::io::Result<()>,
     ) -> Result<Self, FileError> {
-        let bytes = len as u64;
-        let out_of_memory = FileError::new(FileCause::OutOfMemory { bytes });
-        let mut memory = Arena::new(len).ok_or(out_of_memory)?;
+        let mut memory = Arena::new(len).ok_or(FileError::out_of_memory(len as u64))?;
         fill(&mut memory.bytes_mut()[..len])?;
         Ok(Self { memory, len })
     }
@@ -153,6 +153,6 @@ fn promising(path: &Path) -> Result<(File, usize), FileError> {
         .read_to_end(&mut head)?;
     sections::header(&head, len)?;
     file.rewind()?;
-    let out_of_memory = FileError::new(FileCause::OutOfMemory { bytes: len });
-    Ok((file, usize::try_from(len).map_err(|_| out_of_memory)?))
+    let len = usize::try_from(len).map_err(|_| FileError::out_of_memory(len))?;
+    Ok((file, len))
 }

@@ -7,7 +7,7 @@ use crate::geom::{Aabb, Triangle};
 use crate::prims::{Geometry, Triangles};
 use crate::scene::{Notes, Scene};
 use crate::simd::{Kept, bytes_of};
-use crate::structure::opened as opened_tree;
+use crate::structure::{Flaw, opened as opened_tree};
 use crate::tables::Structure;
 use std::sync::OnceLock;
 
@@ -187,8 +187,13 @@ pub(super) fn opened(bytes: &Kept<u8>) -> Result<Scene, FileError> {
         by_name: notes_of(sections)?,
         hash: OnceLock::from(hash),
     };
-    let query = opened_tree(&tree, facts.bounds, &triangles, &facts.options)
-        .map_err(|flaw| FileError::broken(TREE, flaw.byte as u64, flaw.cause))?;
+    let query =
+        opened_tree(&tree, facts.bounds, &triangles, &facts.options).map_err(
+            |flaw| match flaw {
+                Flaw::Broken { byte, rule } => FileError::broken(TREE, byte as u64, rule),
+                Flaw::OutOfMemory { bytes } => FileError::out_of_memory(bytes as u64),
+            },
+        )?;
     let geometry = Geometry::Triangles(triangles);
     let scene = Scene::of(
         geometry,

@@ -93,11 +93,21 @@ impl Arena {
         self.start.as_ptr().wrapping_add(granule as usize * GRANULE)
     }
 
+    /// True if there are `bytes` bytes at `at`. On 64 bits the sum is far from wrapping, and its check would be one more instruction.
+    #[inline(always)]
+    fn has(&self, at: usize, bytes: usize) -> bool {
+        #[cfg(target_pointer_width = "64")]
+        let end = at + bytes;
+        #[cfg(not(target_pointer_width = "64"))]
+        let end = at.saturating_add(bytes);
+        end <= self.bytes
+    }
+
     /// A node: eight rows.
     #[inline(always)]
     pub(crate) fn node(&self, granule: u32) -> NodeRows<'_> {
         let at = granule as usize * GRANULE;
-        assert!(at + 8 * size_of::<Row>() <= self.bytes);
+        assert!(self.has(at, 8 * size_of::<Row>()));
         // SAFETY: inside the memory.
         let start = unsafe { self.start.as_ptr().add(at) };
         NodeRows {
@@ -111,7 +121,7 @@ impl Arena {
     pub(crate) fn leaf(&self, granule: u32, count: usize) -> LeafRows<'_> {
         let at = granule as usize * GRANULE;
         // The last row begins after eight others and is read eight lanes wide.
-        assert!(count <= 8 && at + (8 * count + 8) * 4 <= self.bytes);
+        assert!(count <= 8 && self.has(at, (8 * count + 8) * 4));
         // SAFETY: inside the memory.
         let start = unsafe { self.start.as_ptr().add(at).cast() };
         LeafRows {
@@ -125,7 +135,7 @@ impl Arena {
     #[inline(always)]
     pub(crate) fn floats(&self, granule: u32, count: usize) -> &[f32] {
         let at = granule as usize * GRANULE;
-        assert!(at + count * 4 <= self.bytes);
+        assert!(self.has(at, count * 4));
         // SAFETY: as above.
         unsafe { std::slice::from_raw_parts(self.start.as_ptr().add(at).cast(), count) }
     }
@@ -133,7 +143,7 @@ impl Arena {
     /// The same to be written.
     pub(crate) fn floats_mut(&mut self, granule: u32, count: usize) -> &mut [f32] {
         let at = granule as usize * GRANULE;
-        assert!(at + count * 4 <= self.bytes && self.keeper.is_none());
+        assert!(self.has(at, count * 4) && self.keeper.is_none());
         // SAFETY: as above, our own; `self` is borrowed as long.
         unsafe { std::slice::from_raw_parts_mut(self.start.as_ptr().add(at).cast(), count) }
     }
@@ -291,6 +301,29 @@ impl Drop for Arena {
         if let Some(layout) = Self::layout(self.bytes) {
             // SAFETY: allocated with the same layout: its size is a fixed point of `layout`.
             unsafe { dealloc(self.start.as_ptr(), layout) };
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::panic::{AssertUnwindSafe, catch_unwind};
+
+    /// On 32 bits the last granules of all lie so high that what is read there would begin at 0 again.
+    #[test]
+    fn no_granule_leads_outside() {
+        let arena = Arena::new(1024).unwrap();
+        let inside = |granule: u32| {
+            let node = catch_unwind(AssertUnwindSafe(|| drop(arena.node(granule)))).is_ok();
+            let leaf = catch_unwind(AssertUnwindSafe(|| drop(arena.leaf(granule, 8)))).is_ok();
+            let floats = catch_unwind(AssertUnwindSafe(|| arena.floats(granule, 72).len())).is_ok();
+            (node, leaf, floats)
+        };
+        assert_eq!(inside(46), (true, true, true));
+        assert_eq!(inside(49), (false, false, false));
+        for last in 1..20 {
+            assert_eq!(inside((1 << 28) - last), (false, false, false));
         }
     }
 }

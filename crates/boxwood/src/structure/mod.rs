@@ -28,7 +28,7 @@ pub use visit::{AllHits, ClosestHit, Occluded, Visit};
 #[cfg(feature = "compact")]
 pub(crate) use wide::Compact;
 #[cfg(feature = "file")]
-pub(crate) use wide::opened;
+pub(crate) use wide::{Flaw, opened};
 pub(crate) use wide::{Full, WideSlots, WideTriangles};
 
 use crate::build::BuildOptions;

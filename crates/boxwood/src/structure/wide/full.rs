@@ -16,9 +16,17 @@ pub(crate) struct Full;
 /// The row of references.
 const REFS: usize = 6;
 
+/// The row of a leaf that has the triangles' numbers, behind those of coordinates.
+pub(super) const NUMBERS: usize = 9;
+
 /// Numbers of a leaf of `count` triangles.
-const fn leaf_floats(count: usize) -> usize {
-    10 * count
+pub(super) const fn leaf_floats(count: usize) -> usize {
+    (NUMBERS + 1) * count
+}
+
+/// What they take.
+pub(super) const fn leaf_granules(count: usize) -> u32 {
+    (leaf_floats(count) * 4).div_ceil(GRANULE) as u32
 }
 
 impl Form for Full {
@@ -32,7 +40,7 @@ impl Form for Full {
     const LEAF_ROOM: () = ();
 
     fn leaf_granules(order: &[u32], _: &[Triangle]) -> u32 {
-        (leaf_floats(order.len()) * 4).div_ceil(GRANULE) as u32
+        leaf_granules(order.len())
     }
 
     /// Empty lanes have inverted boxes, which no ray enters.
@@ -59,7 +67,7 @@ impl Form for Full {
             for (row, coordinate) in corners.as_flattened().iter().enumerate() {
                 floats[row * n + lane] = *coordinate;
             }
-            floats[9 * n + lane] = f32::from_bits(prim);
+            floats[NUMBERS * n + lane] = f32::from_bits(prim);
         }
     }
 
@@ -79,7 +87,7 @@ impl Form for Full {
         let (rows, lane) = (arena.leaf(leaf.granule(), n), lane & 7);
         let [x, y, z] = [Third::A, Third::B, Third::C].map(|axis| rows.axis(axis));
         let vertex = |v: Third| [x.corner(v)[lane], y.corner(v)[lane], z.corner(v)[lane]];
-        let number = arena.floats(leaf.granule(), leaf_floats(n))[9 * n + lane.min(n - 1)];
+        let number = arena.floats(leaf.granule(), leaf_floats(n))[NUMBERS * n + lane.min(n - 1)];
         let corners = [vertex(Third::A), vertex(Third::B), vertex(Third::C)];
         (corners, number.to_bits())
     }

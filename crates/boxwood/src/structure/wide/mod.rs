@@ -49,7 +49,7 @@ mod worth;
 pub(crate) use compact::Compact;
 pub(crate) use full::Full;
 #[cfg(feature = "file")]
-pub(crate) use saved::opened;
+pub(crate) use saved::{Flaw, opened};
 pub(crate) use slots::WideSlots;
 pub(crate) use triangles::WideTriangles;
 

@@ -6,6 +6,7 @@
 
 use super::emit::{LINE, SLACK};
 use super::form::{Form, Store};
+use super::full::{NUMBERS, leaf_floats, leaf_granules};
 use super::layout::{MAX_GRANULES, Ref, WIDTH, bounds};
 use super::triangles::WideTriangles;
 use super::{Full, Wide, ray};
@@ -15,11 +16,13 @@ use crate::prims::{Primitives, Triangles};
 use crate::query::Query;
 use crate::simd::{Arena, GRANULE, Kept, address, prefetch};
 
-/// What is wrong with the bytes of a tree, and at which of them.
+/// Why bytes are not taken for a tree.
 #[derive(Debug)]
-pub(crate) struct Flaw {
-    pub(crate) byte: usize,
-    pub(crate) cause: &'static str,
+pub(crate) enum Flaw {
+    /// A rule that they break, and at which of them.
+    Broken { byte: usize, rule: &'static str },
+    /// The check needs so much memory, which the system did not grant.
+    OutOfMemory { bytes: usize },
 }
 
 /// The tree in `bytes` over the triangles, read where it lies.
@@ -32,12 +35,11 @@ pub(crate) fn opened(
     triangles: &Triangles,
     options: &BuildOptions,
 ) -> Result<Box<dyn Query>, Flaw> {
-    let flaw = |cause| Flaw { byte: 0, cause };
-    let arena = bytes.arena().ok_or(flaw("the bytes are not aligned"))?;
+    let arena = bytes.arena().ok_or(flaw(0, "the bytes are not aligned"))?;
     if bytes.len() / GRANULE > MAX_GRANULES as usize {
-        return Err(flaw("the tree is too large"));
+        return Err(flaw(0, "the tree is too large"));
     }
-    let mut check = Check::new(&arena, triangles).ok_or(flaw("there is no memory to check it"))?;
+    let mut check = Check::new(&arena, triangles)?;
     let stack_need = check.tree(around)?;
     let found = check.all_triangles(bytes.len())?;
     Ok(Box::new(WideTriangles(Wide::<Full> {
@@ -57,13 +59,14 @@ pub(crate) fn opened(
 struct Set(Vec<u64>);
 
 impl Set {
-    /// `None` if there is no memory.
-    fn below(count: usize) -> Option<Self> {
+    fn below(count: usize) -> Result<Self, Flaw> {
         let words = count.div_ceil(64);
+        let bytes = words * size_of::<u64>();
         let mut set = Vec::new();
-        set.try_reserve_exact(words).ok()?;
+        set.try_reserve_exact(words)
+            .map_err(|_| Flaw::OutOfMemory { bytes })?;
         set.resize(words, 0);
-        Some(Self(set))
+        Ok(Self(set))
     }
 
     fn insert(&mut self, number: u32) {
@@ -98,8 +101,8 @@ struct Check<'a> {
 }
 
 impl<'a> Check<'a> {
-    fn new(arena: &'a Arena, triangles: &'a Triangles) -> Option<Self> {
-        Some(Self {
+    fn new(arena: &'a Arena, triangles: &'a Triangles) -> Result<Self, Flaw> {
+        Ok(Self {
             arena,
             triangles,
             whole: Set::below(triangles.len())?,
@@ -158,7 +161,7 @@ impl<'a> Check<'a> {
 
     /// One node and its leaves; gives where they end, and how many children there are.
     fn node(&mut self, node: &Waiting, waiting: &mut Vec<Waiting>) -> Result<(u32, usize), Flaw> {
-        let flaw = |cause| flaw(node.granule, cause);
+        let flaw = |rule| flaw(node.granule, rule);
         if !self.has(node.granule, Full::NODE_GRANULES as usize * GRANULE) {
             return Err(flaw("a node goes beyond the end"));
         }
@@ -204,10 +207,10 @@ impl<'a> Check<'a> {
         let mut place = from;
         for leaf in refs.iter().filter(|child| child.is_leaf()) {
             let count = leaf.count();
-            if !self.has(place, 40 * count) {
+            if !self.has(place, 4 * leaf_floats(count)) {
                 return;
             }
-            for prim in &self.arena.floats(place, 10 * count)[9 * count..] {
+            for prim in &self.arena.floats(place, leaf_floats(count))[NUMBERS * count..] {
                 let triangle = address(triangles, prim.to_bits() as usize);
                 prefetch(triangle);
                 prefetch(triangle.wrapping_add(size_of::<Triangle>() - 1));
@@ -218,11 +221,11 @@ impl<'a> Check<'a> {
 
     /// One leaf, which must begin at granule `place`; gives where it ends.
     fn leaf(&mut self, leaf: Ref, place: u32, around: &Aabb) -> Result<u32, Flaw> {
-        let (flaw, count) = (|cause| flaw(place, cause), leaf.count());
+        let (flaw, count) = (|rule| flaw(place, rule), leaf.count());
         if leaf.granule() != place {
             return Err(flaw("a leaf does not stand behind its node"));
         }
-        let floats = 10 * count;
+        let floats = leaf_floats(count);
         if !self.has(place, 4 * floats) {
             return Err(flaw("a leaf goes beyond the end"));
         }
@@ -233,7 +236,7 @@ impl<'a> Check<'a> {
         self.in_leaves += count;
         let triangles = self.triangles.as_slice();
         for lane in 0..count {
-            let prim = rows[9 * count + lane].to_bits();
+            let prim = rows[NUMBERS * count + lane].to_bits();
             let known = triangles.get(prim as usize);
             let known = known.ok_or(flaw("a leaf has a triangle that is not there"))?;
             let corners = known.0.as_flattened().iter().enumerate();
@@ -245,18 +248,23 @@ impl<'a> Check<'a> {
             if known.0.iter().all(|corner| around.contains(*corner)) {
                 self.whole.insert(prim);
             } else {
-                self.part(prim, around)
-                    .ok_or(flaw("a triangle cannot be hit or kept"))?;
+                if !self.triangles.is_active(prim as usize) {
+                    return Err(flaw("a leaf has a triangle that cannot be hit"));
+                }
+                self.part(prim, around)?;
             }
         }
         Ok(place + leaf_granules(count))
     }
 
     /// Remembers that a leaf's box has a part of a triangle.
-    fn part(&mut self, prim: u32, around: &Aabb) -> Option<()> {
-        self.parts.try_reserve(1).ok()?;
+    fn part(&mut self, prim: u32, around: &Aabb) -> Result<(), Flaw> {
+        let bytes = (self.parts.len() + 1) * size_of::<(u32, Aabb)>();
+        self.parts
+            .try_reserve(1)
+            .map_err(|_| Flaw::OutOfMemory { bytes })?;
         self.parts.push((prim, *around));
-        self.triangles.is_active(prim as usize).then_some(())
+        Ok(())
     }
 
     /// Every triangle that can be hit must be in the tree, all of it. Gives how many there are.
@@ -274,23 +282,17 @@ impl<'a> Check<'a> {
             let is_whole = self.whole.contains(prim as u32);
             found += usize::from(is_whole);
             if !is_whole && self.triangles.is_active(prim) {
-                let cause = "a triangle is missing in the tree";
-                return Err(Flaw { byte: end, cause });
+                let rule = "a triangle is missing in the tree";
+                return Err(Flaw::Broken { byte: end, rule });
             }
         }
         Ok(found)
     }
 }
 
-fn leaf_granules(count: usize) -> u32 {
-    (10 * count).div_ceil(4) as u32
-}
-
-fn flaw(granule: u32, cause: &'static str) -> Flaw {
-    Flaw {
-        byte: granule as usize * GRANULE,
-        cause,
-    }
+fn flaw(granule: u32, rule: &'static str) -> Flaw {
+    let byte = granule as usize * GRANULE;
+    Flaw::Broken { byte, rule }
 }
 
 fn bits(bounds: &Aabb) -> [[u32; 3]; 2] {
