@@ -338,11 +338,8 @@ fn forged_files_are_refused_or_answer() {
             }
         }
     }
-    // Notes, options, planes of boxes that still contain all.
-    println!(
-        "{accepted} of {} forgeries are scenes",
-        9 * (bytes.len() - 32)
-    );
+    // Notes, options, planes of boxes that still contain all: 1,201 as this is written.
+    assert!(accepted > 500, "only {accepted} forgeries were opened");
 }
 
 #[test]
