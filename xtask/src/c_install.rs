@@ -40,10 +40,8 @@ pub(crate) fn install(prefix: &Path) -> Result<()> {
         "only Linux's names of libraries are known here; elsewhere `cargo build --release -p boxwood-c` leaves them in {}",
         target().join("release").display()
     );
-    // With all of the core, as the tests have compiled it already.
-    let packages = ["--package", "boxwood-c", "--package", "boxwood"];
-    let mut build = command("cargo", &["build", "--release"]);
-    build.args(packages);
+    // All libraries, as the tests have them already: a part would be compiled anew, with fewer features.
+    let build = command("cargo", &["build", "--release", "--lib"]);
     step("the C libraries", build)?;
     let version = version()?;
     let (lib, include) = (prefix.join("lib"), prefix.join("include"));

@@ -38,6 +38,8 @@ pub(crate) fn run(_: &[String]) -> Result<()> {
         "core with overflow checks",
         &[
             "test",
+            "--config",
+            "profile.dev.package.\"*\".opt-level=0",
             "-p",
             "boxwood",
             "--test",
@@ -67,11 +69,23 @@ pub(crate) fn run(_: &[String]) -> Result<()> {
         ],
     )?;
     cargo("chores", &["test", "-p", "xtask"])?;
-    asm::run(&[])?;
     figures::check()?;
     dependencies()?;
+    compiled_on_one_core()?;
     // A look at each format; longer ones are made by hand: `cargo xtask fuzz 600`.
-    fuzz::run(&["10".to_owned()])
+    fuzz::look(10)
+}
+
+/// The kernels' assembly and the fuzzer: both are one piece of code to the compiler, which one core makes, so they go side by side.
+fn compiled_on_one_core() -> Result<()> {
+    std::thread::scope(|scope| {
+        let listing = scope.spawn(|| asm::run(&[]));
+        let built = fuzz::build(1);
+        listing
+            .join()
+            .unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+            .and(built)
+    })
 }
 
 fn cargo(name: &str, args: &[&str]) -> Result<()> {

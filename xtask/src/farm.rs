@@ -11,7 +11,7 @@ const LOOK: [&str; 2] = ["--size=109x67", "--shading=ao"];
 
 /// `cargo xtask farm-test`: builds the command line, checks and runs the template with it, and kills renders.
 pub(crate) fn test(_: &[String]) -> Result<()> {
-    let build = command("cargo", &["build", "--release", "--bin", "boxwood"]);
+    let build = command("cargo", &["build", "--release", "--bins", "--examples"]);
     step("the command line", build)?;
     let home = target().join("farm");
     if home.exists() {
