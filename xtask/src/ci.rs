@@ -38,8 +38,6 @@ pub(crate) fn run(_: &[String]) -> Result<()> {
         "core with overflow checks",
         &[
             "test",
-            "--config",
-            "profile.dev.package.\"*\".opt-level=0",
             "-p",
             "boxwood",
             "--test",
