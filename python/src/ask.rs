@@ -63,26 +63,29 @@ pub(crate) fn closest_hits<'py>(
             hit.par_chunks_mut(PIECE),
         )
             .into_par_iter()
-            .for_each(|(rays, t, geoms, prims, uvs, normals, hit)| {
-                if cancel.load(Ordering::Relaxed) {
-                    return;
-                }
-                let hits = &mut [None; PIECE][..rays.len()];
-                scene.closest_hits(rays, hits);
-                for (i, found) in hits.iter().enumerate() {
-                    let Hit {
-                        t: at,
-                        u,
-                        v,
-                        prim,
-                        geom,
-                        ..
-                    } = found.unwrap_or(MISS);
-                    (t[i], geoms[i], prims[i], uvs[i]) = (at, geom, prim, [u, v]);
-                    hit[i] = found.is_some();
-                }
-                unit_normals(scene, geoms, prims, normals);
-            });
+            .for_each_init(
+                || vec![None; PIECE],
+                |hits, (rays, t, geoms, prims, uvs, normals, hit)| {
+                    if cancel.load(Ordering::Relaxed) {
+                        return;
+                    }
+                    let hits = &mut hits[..rays.len()];
+                    scene.closest_hits_fetching(rays, hits);
+                    for (i, found) in hits.iter().enumerate() {
+                        let Hit {
+                            t: at,
+                            u,
+                            v,
+                            prim,
+                            geom,
+                            ..
+                        } = found.unwrap_or(MISS);
+                        (t[i], geoms[i], prims[i], uvs[i]) = (at, geom, prim, [u, v]);
+                        hit[i] = found.is_some();
+                    }
+                    scene.unit_normals(geoms, prims, normals);
+                },
+            );
     })?;
     keep(rays);
     Ok((
@@ -143,7 +146,7 @@ pub(crate) fn closest_points<'py>(
                     (geoms[i], prims[i]) = (place.geom, place.prim);
                     uvs[i] = [place.u, place.v];
                 }
-                unit_normals(scene, geoms, prims, normals);
+                scene.unit_normals(geoms, prims, normals);
             });
     })?;
     Ok((
@@ -205,46 +208,4 @@ where
     };
     interruptible(py, threads, in_pieces)?;
     Ok(column(py, answers))
-}
-
-/// Of the triangles with these numbers; zero for one without area, and for none.
-///
-/// The triangles lie scattered in memory: fetched a few dozen at a time, they are waited for together.
-fn unit_normals(scene: &Scene, geoms: &[u32], prims: &[u32], normals: &mut [[f32; 3]]) {
-    const FEW: usize = 64;
-    let pieces = geoms.chunks(FEW).zip(prims.chunks(FEW));
-    for ((geoms, prims), normals) in pieces.zip(normals.chunks_mut(FEW)) {
-        let mut corners = [[[0.0; 3]; 3]; FEW];
-        for ((corners, &geom), &prim) in corners.iter_mut().zip(geoms).zip(prims) {
-            if let Some(triangle) = scene.triangle(geom, prim) {
-                *corners = triangle.0;
-            }
-        }
-        for ((normal, corners), &prim) in normals.iter_mut().zip(&corners).zip(prims) {
-            if prim != NOTHING {
-                *normal = unit_normal(corners);
-            }
-        }
-    }
-}
-
-/// In double precision, since squares of lengths may be beyond single precision. Written out, as `map` over arrays is called, not
-/// inlined, which took longer than the arithmetic.
-#[inline]
-fn unit_normal([a, b, c]: &[[f32; 3]; 3]) -> [f32; 3] {
-    let (ax, ay, az) = (f64::from(a[0]), f64::from(a[1]), f64::from(a[2]));
-    let (bx, by, bz) = (
-        f64::from(b[0]) - ax,
-        f64::from(b[1]) - ay,
-        f64::from(b[2]) - az,
-    );
-    let (cx, cy, cz) = (
-        f64::from(c[0]) - ax,
-        f64::from(c[1]) - ay,
-        f64::from(c[2]) - az,
-    );
-    let (x, y, z) = (by * cz - bz * cy, bz * cx - bx * cz, bx * cy - by * cx);
-    let length = (x * x + y * y + z * z).sqrt();
-    let scale = if length > 0.0 { 1.0 / length } else { 0.0 };
-    [(x * scale) as f32, (y * scale) as f32, (z * scale) as f32]
 }

@@ -7,6 +7,7 @@ mod instance;
 mod lists;
 #[cfg(feature = "distances")]
 mod nearest;
+mod normals;
 #[cfg(feature = "file")]
 mod notes;
 
@@ -108,9 +109,19 @@ impl Scene {
     /// # Panics
     /// If the slices differ in length.
     pub fn closest_hits(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
+        self.closest_hits_as(rays, hits, |rays, hits| self.query.closest_hits(rays, hits));
+    }
+
+    /// The same as `ask` does it.
+    fn closest_hits_as(
+        &self,
+        rays: &[Ray],
+        hits: &mut [Option<Hit>],
+        ask: impl Fn(&[Ray], &mut [Option<Hit>]) + Sync,
+    ) {
         assert_eq!(rays.len(), hits.len(), "one answer per ray");
         for_chunks(rays, hits, |rays, hits| {
-            self.query.closest_hits(rays, hits);
+            ask(rays, hits);
             if self.starts.len() > 1 {
                 hits.iter_mut()
                     .flatten()

@@ -10,7 +10,7 @@ pub use walk::{Step, Walk};
 
 #[cfg(feature = "distances")]
 use crate::geom::Nearest;
-use crate::geom::{Aabb, Hit, PreparedRay, Ray};
+use crate::geom::{Aabb, Hit, PreparedRay, Ray, Triangle};
 use crate::prims::Geometry;
 
 /// What every structure answers, for single rays and for slices of rays.
@@ -30,6 +30,17 @@ pub trait Query: Send + Sync {
 
     /// [`Query::closest_hit`] for each ray. The slices are walked together; the longer one's rest is left alone.
     fn closest_hits(&self, rays: &[Ray], hits: &mut [Option<Hit>]);
+
+    /// The same for whoever reads the triangles that are hit next: meanwhile the processor may be asked for them.
+    fn closest_hits_fetching(
+        &self,
+        rays: &[Ray],
+        hits: &mut [Option<Hit>],
+        triangles: &[Triangle],
+    ) {
+        let _ = triangles;
+        self.closest_hits(rays, hits);
+    }
 
     /// [`Query::occluded`] for each ray.
     fn occluded_each(&self, rays: &[Ray], occluded: &mut [bool]);

@@ -17,6 +17,6 @@ pub(crate) use kept::Kept;
 pub(crate) use kept::{ALIGNMENT, bytes_of};
 #[cfg(feature = "file")]
 pub(crate) use map::mapped;
-pub(crate) use prefetch::{address, prefetch};
+pub(crate) use prefetch::{address, fetch_ends, prefetch};
 pub(crate) use room::room;
 pub(crate) use stack::{RowStack, Stack};

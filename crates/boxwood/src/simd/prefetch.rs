@@ -19,3 +19,11 @@ pub(crate) fn prefetch(address: *const u8) {
     #[cfg(not(all(target_arch = "x86_64", not(miri))))]
     let _ = address;
 }
+
+/// The lines of a value that may be on two.
+#[inline(always)]
+pub(crate) fn fetch_ends<T>(value: &T) {
+    let first: *const u8 = std::ptr::from_ref(value).cast();
+    prefetch(first);
+    prefetch(first.wrapping_add(size_of::<T>().saturating_sub(1)));
+}

@@ -24,6 +24,8 @@ const WINDOW: usize = 64;
 const SHALLOW: usize = 120;
 /// References that wait in the deepest.
 const DEEP: usize = STACK.next_power_of_two();
+/// Bytes of a tree from which on nodes are fetched ahead: it does not fit into the cache that a core has for itself.
+const FETCH_FROM: usize = 1 << 20;
 /// Marks the bottom of a stack. A leaf, for the lists.
 const DONE: u32 = u32::MAX;
 
@@ -137,7 +139,7 @@ pub(super) fn trace<M: Form, A: Answers>(wide: &Wide<M>, rays: &[Ray], answers: 
         // Eight lanes of two halves each: keeping rays in flight costs more than it hides.
         return dispatch!(wide.level.0, simd => one_by_one(simd, wide, rays, answers));
     }
-    dispatch!(wide.level.0, simd => match (wide.stack_need <= SHALLOW, wide.fetch) {
+    dispatch!(wide.level.0, simd => match (wide.stack_need <= SHALLOW, wide.store.len() > FETCH_FROM) {
         (true, false) if M::HAS_SMALL_KERNELS => {
             run::<_, M, A, false, { SHALLOW + 16 }>(simd, wide, root, rays, answers);
         }

@@ -64,9 +64,6 @@ use layout::{MAX_GRANULES, Ref, WIDTH};
 /// Most references that can wait in a traversal: of each level all children but one, and room for a last push of eight.
 const STACK: usize = (WIDTH - 1) * MAX_DEPTH + WIDTH + 1;
 
-/// Trees larger than this are waited for: their nodes are fetched ahead. They do not fit into the caches that a core has for itself.
-const FETCH_FROM: usize = 4 << 20;
-
 /// The tree.
 struct Wide<M> {
     store: Store<M>,
@@ -81,8 +78,6 @@ struct Wide<M> {
     has_copies: bool,
     /// Most references that wait in a traversal of this tree.
     stack_need: usize,
-    /// True if nodes are to be fetched ahead.
-    fetch: bool,
 }
 
 /// What leaves hold.
@@ -118,7 +113,6 @@ impl<M: Form> Wide<M> {
             #[cfg(feature = "lists")]
             has_copies: has_copies(&tree.order),
             stack_need: emitted.stack_need,
-            fetch: emitted.store.len() > FETCH_FROM,
             store: emitted.store,
         })
     }

@@ -50,7 +50,6 @@ pub(crate) fn opened(
         stack_need,
         #[cfg(feature = "lists")]
         has_copies: check.in_leaves > found,
-        fetch: arena.len() > super::FETCH_FROM,
         store: Store::new(arena),
     })))
 }

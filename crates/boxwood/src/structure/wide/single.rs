@@ -36,6 +36,9 @@ fn guessed(refs: &[u32; 8], mask: u32) -> Ref {
     })
 }
 
+/// Bytes of a tree from which on children are fetched ahead: below, it costs more than it saves.
+const FETCH_FROM: usize = 4 << 20;
+
 /// Asks for the nodes that wait.
 #[inline(always)]
 fn fetch_all<M: Form>(store: &Store<M>, refs: &[u32; 8], mut waiting: u32) {
@@ -140,7 +143,7 @@ pub(super) fn closest<S: Simd, M: Form>(simd: S, wide: &Wide<M>, ray: &Ray) -> B
                     mask.count_ones() as usize - 1,
                 );
                 at = guessed(node.refs(), 1 << lane);
-                if wide.fetch {
+                if store.len() > FETCH_FROM {
                     fetch_all(store, node.refs(), others.to_bitmask() as u32);
                 }
                 continue;

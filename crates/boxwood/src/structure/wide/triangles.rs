@@ -24,6 +24,7 @@ use crate::prims::{Tested, Triangles, boxes};
 use crate::query::{
     Counts, NoObserver, NodeInfo, Observer, PrimitiveTest, PrimitiveVerdict, Query, Walk, Watch,
 };
+use crate::simd::fetch_ends;
 use crate::structure::visit::hit;
 use fearless_simd::dispatch;
 use std::ops::ControlFlow;
@@ -247,14 +248,24 @@ fn answer(best: Best) -> Option<Hit> {
 }
 
 /// Answers of a batch of closest hits.
-struct ClosestHits<'a>(&'a mut [Option<Hit>]);
+struct ClosestHits<'a> {
+    hits: &'a mut [Option<Hit>],
+    /// What is to be fetched of what is hit; none if nothing.
+    triangles: &'a [Triangle],
+}
 
 impl Answers for ClosestHits<'_> {
     const ANY: bool = false;
 
     #[inline(always)]
     fn give(&mut self, ray: usize, best: Best) {
-        self.0[ray] = answer(best);
+        self.hits[ray] = answer(best);
+        if !self.triangles.is_empty() {
+            // Some line is fetched for a miss, too: whether a ray hits cannot be guessed.
+            let prim = best.prim as usize;
+            let place = if prim < self.triangles.len() { prim } else { 0 };
+            fetch_ends(&self.triangles[place]);
+        }
     }
 }
 
@@ -310,11 +321,21 @@ impl<M: Form> Query for WideTriangles<M> {
     }
 
     fn closest_hits(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
+        self.closest_hits_fetching(rays, hits, &[]);
+    }
+
+    fn closest_hits_fetching(
+        &self,
+        rays: &[Ray],
+        hits: &mut [Option<Hit>],
+        triangles: &[Triangle],
+    ) {
         let count = rays.len().min(hits.len());
+        let hits = &mut hits[..count];
         batch::trace(
             &self.0,
             &rays[..count],
-            &mut ClosestHits(&mut hits[..count]),
+            &mut ClosestHits { hits, triangles },
         );
     }
 
