@@ -6,7 +6,6 @@
 mod arrays;
 mod ask;
 mod file;
-mod float_mode;
 mod looks;
 mod picture;
 mod png;

@@ -1,7 +1,7 @@
 //! Files, and what the triangles of a file look like.
 
 use crate::arrays::table;
-use crate::float_mode::Usual;
+use boxwood_host::FloatModes;
 use boxwood_scene::{FlatMesh, LoadError, Material, Model, Texture};
 use numpy::PyArray2;
 use pyo3::exceptions::{PyOSError, PyValueError};
@@ -32,7 +32,7 @@ type Loaded<'py> = (
 pub(crate) fn load<'py>(py: Python<'py>, path: &str) -> PyResult<Loaded<'py>> {
     let (mut model, mut mesh) = py
         .detach(|| {
-            let _usual = Usual::enter();
+            let _modes = FloatModes::enter();
             let model = boxwood_scene::open(path)?;
             let mesh = model.flatten()?;
             Ok((model, mesh))

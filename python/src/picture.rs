@@ -1,12 +1,12 @@
 //! Pictures of scenes.
 
 use crate::arrays::{array3, column, rows};
-use crate::float_mode::Usual;
 use crate::looks::{Gathered, NativeLooks};
 use crate::pool::interruptible;
 use crate::rays::{Origin, Table};
 use crate::scene::NativeScene;
 use boxwood::Scene;
+use boxwood_host::FloatModes;
 use boxwood_render::{
     Crop, Film, PointLight, RenderError, RenderOptions, SHADINGS, ScaleOptions, Shading, Surfaces,
     View, Watch, auto_camera, render, save_atomically, write_exr, write_png,
@@ -98,7 +98,7 @@ impl NativeStudio {
             );
             looks.add(positions, &indices, look.as_ref().map(Bound::get))?;
         }
-        let _usual = Usual::enter();
+        let _modes = FloatModes::enter();
         for camera in &mut looks.model.cameras {
             camera.eye = moved(camera.eye, origin);
             camera.target = moved(camera.target, origin);
@@ -142,7 +142,7 @@ impl NativeStudio {
     ) -> PyResult<NativePicture> {
         let view = self.view(py, size, place, threads)?;
         let options = {
-            let _usual = Usual::enter();
+            let _modes = FloatModes::enter();
             wish.options(self.scene()).map_err(raised)?
         };
         let film = interruptible(py, threads, |cancel| {
@@ -181,7 +181,7 @@ impl NativeStudio {
         (eye, target, up, fov): Place,
         threads: usize,
     ) -> PyResult<View> {
-        let _usual = Usual::enter();
+        let _modes = FloatModes::enter();
         let base = match self.looks.model.cameras.first() {
             Some(camera) => *camera,
             None => interruptible(py, threads, |_| {

@@ -1,8 +1,8 @@
 //! Rays and points from arrays.
 
 use crate::arrays::room;
-use crate::float_mode::Usual;
 use boxwood::Ray;
+use boxwood_host::FloatModes;
 use numpy::{PyReadonlyArray1, PyReadonlyArrayDyn, PyUntypedArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -51,7 +51,7 @@ impl Table<'_> {
         }
         let scattered = |_| broken("must be contiguous");
         let mut rows = room(spare, self.rows())?;
-        let _usual = Usual::enter();
+        let _modes = FloatModes::enter();
         match self {
             Self::Single(array) if origin == [0.0; 3] => {
                 let numbers = array.as_slice().map_err(scattered)?.as_chunks::<N>().0;

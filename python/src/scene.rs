@@ -2,11 +2,11 @@
 
 use crate::arrays::{column, rows, table};
 use crate::ask;
-use crate::float_mode::Usual;
 use crate::pool::interruptible;
 use crate::rays::{self, Limit, Origin};
 use boxwood::build::PRESETS;
 use boxwood::{HitLists, Ray, Scene, SceneBuilder};
+use boxwood_host::FloatModes;
 use numpy::{PyArray1, PyArray2, PyReadonlyArray2};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -204,7 +204,7 @@ impl NativeScene {
     /// How one ray finds its answer, as text.
     fn explain(&self, ray: [f32; 6]) -> String {
         let [ox, oy, oz, dx, dy, dz] = ray;
-        let _usual = Usual::enter();
+        let _modes = FloatModes::enter();
         let walk = boxwood_trace::walk(&self.0, &Ray::new([ox, oy, oz], [dx, dy, dz]));
         walk.text(usize::MAX)
     }

@@ -2,7 +2,7 @@
 
 use crate::error::{BwError, Failure};
 use crate::memory::{Given, Input, Output, Plain};
-use crate::pool::on_threads;
+use crate::threads::on_threads;
 use crate::types::{BwHit, BwNearest, BwRay};
 use boxwood::{Hit, Ray, Scene};
 use rayon::prelude::*;

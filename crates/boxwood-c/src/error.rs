@@ -1,7 +1,7 @@
 //! Errors as C has them: a code from the call, and a sentence for this thread.
 
-use crate::float_modes::FloatModes;
 use boxwood::{BuildError, FileCause, FileError};
+use boxwood_host::FloatModes;
 use std::any::Any;
 use std::cell::RefCell;
 use std::ffi::{CString, c_char};

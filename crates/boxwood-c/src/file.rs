@@ -1,7 +1,7 @@
 //! Scenes in files.
 
 use crate::error::{BwError, Failure};
-use crate::pool::on_threads;
+use crate::threads::on_threads;
 use boxwood::Scene;
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};

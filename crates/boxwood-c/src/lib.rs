@@ -2,7 +2,7 @@
 //!
 //! The header `include/boxwood.h` is made from this crate by `cargo xtask c-header`, with its comments; `docs/embree.md` puts every
 //! call beside Embree's. `api.rs` has the functions that C sees, and they do no more than check pointers (`memory.rs`), keep the
-//! caller's floating-point modes out (`float_modes.rs`), turn errors and panics into codes (`error.rs`) and call the rest, which is
+//! caller's floating-point modes out (crate `boxwood-host`), turn errors and panics into codes (`error.rs`) and call the rest, which is
 //! safe Rust: `scene.rs` collects and commits, `ask.rs` answers many questions at once, `file.rs`
 //! saves and opens.
 //!
@@ -13,10 +13,9 @@ mod api;
 mod ask;
 mod error;
 mod file;
-mod float_modes;
 mod memory;
-mod pool;
 mod scene;
+mod threads;
 mod types;
 
 pub use api::*;

@@ -1,7 +1,7 @@
 //! What stands behind a handle: what is attached, and what was committed.
 
 use crate::error::{BwError, Failure};
-use crate::pool::on_threads;
+use crate::threads::on_threads;
 use crate::types::{BW_INVALID_ID, BwQuality, BwStats};
 use arc_swap::{ArcSwapOption, Guard};
 use boxwood::{BuildError, BuildOptions, Instance, Scene, SceneBuilder, Transform, Triangle};

@@ -29,7 +29,8 @@ const CRATES: &[(&str, &[&str])] = &[
     ("boxwood-render", &["boxwood", "boxwood-scene"]),
     ("boxwood-measure", &["boxwood", "boxwood-scene"]),
     ("boxwood-trace", &["boxwood"]),
-    ("boxwood-c", &["boxwood"]),
+    ("boxwood-host", &[]),
+    ("boxwood-c", &["boxwood", "boxwood-host"]),
     (
         "boxwood-view",
         &[

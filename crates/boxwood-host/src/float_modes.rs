@@ -1,22 +1,25 @@
 //! Keeps the caller's floating-point modes out.
 //!
 //! Embree tells its users to have the processor take denormals for zero (FTZ and DAZ), and `-ffast-math` does so unasked, for
-//! whole programs. Rust's arithmetic means the usual modes, and exact answers need them: so every call from C works in the usual
-//! modes and leaves those of its caller as they were. Threads that are started in a call inherit the usual ones.
+//! whole programs. Rust's arithmetic means the usual modes, and exact answers need them: so every call from another language works in
+//! the usual modes and leaves those of its caller as they were. Threads inherit the modes of the one that starts them.
 #![allow(
     unsafe_code,
     reason = "only assembly reads and writes the modes of the processor"
 )]
 
-/// The usual modes while it lives, on this thread; then those of before.
-pub(crate) struct FloatModes {
+/// The usual modes while it lives, on this thread: rounding to nearest, denormal numbers as they are, no traps. Then those of before.
+#[must_use]
+#[derive(Debug)]
+pub struct FloatModes {
     /// The caller's, if they are others.
     before: Option<Word>,
 }
 
 impl FloatModes {
+    /// From here on, on this thread.
     #[inline]
-    pub(crate) fn enter() -> Self {
+    pub fn enter() -> Self {
         let word = read();
         let before = ((word ^ USUAL) & MODES != 0).then_some(word);
         if before.is_some() {
@@ -58,7 +61,7 @@ mod arch {
 
     #[inline]
     pub(super) fn write(word: Word) {
-        // SAFETY: `word` is `USUAL`, which is what Rust expects, or what MXCSR had when C called, on the way back to C: no reserved
+        // SAFETY: `word` is `USUAL`, which is what Rust expects, or what MXCSR had when the host called, on the way back to it: no reserved
         // bit is set.
         unsafe {
             std::arch::asm!("ldmxcsr [{}]", in(reg) &raw const word, options(nostack, preserves_flags));
@@ -85,7 +88,7 @@ mod arch {
 
     #[inline]
     pub(super) fn write(word: Word) {
-        // SAFETY: `word` is `USUAL`, which is what Rust expects, or what FPCR had when C called, on the way back to C.
+        // SAFETY: `word` is `USUAL`, which is what Rust expects, or what FPCR had when the host called, on the way back to it.
         unsafe {
             std::arch::asm!("msr fpcr, {}", in(reg) word, options(nostack, preserves_flags));
         }
@@ -132,13 +135,14 @@ mod tests {
     fn they_come_back_when_the_body_panics_and_new_threads_have_the_usual_ones() {
         write(HOST);
         let mut of_thread = HOST;
-        let code = crate::error::status(|| {
+        let panic = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| {
+            let _modes = FloatModes::enter();
             of_thread = std::thread::spawn(read).join().unwrap();
             panic!("on purpose")
-        });
+        }));
         let after = read();
         write(USUAL);
-        assert_eq!(code, crate::BwError::Internal);
+        assert!(panic.is_err());
         assert_eq!(of_thread & MODES, USUAL);
         assert_eq!(after & MODES, HOST & MODES);
     }

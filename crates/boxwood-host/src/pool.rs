@@ -1,29 +1,23 @@
 //! Threads: a pool for each number that was asked for, and for each process, as a fork leaves a pool without its threads.
 
-use crate::error::{BwError, Failure};
+use crate::FloatModes;
 use arc_swap::ArcSwapOption;
-use rayon::{ThreadPool, ThreadPoolBuilder};
+use rayon::{ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder};
 use std::collections::HashMap;
 use std::sync::Arc;
 
-/// More threads than this are a mistake.
-pub(crate) const MAX_THREADS: u32 = 4096;
-
 /// By process and number of threads.
-type Pools = HashMap<(u32, u32), Arc<ThreadPool>>;
+type Pools = HashMap<(u32, usize), Arc<ThreadPool>>;
 
 /// Without a lock: one that another thread holds at a fork would be held for ever in the child.
 static POOLS: ArcSwapOption<Pools> = ArcSwapOption::const_empty();
 
-/// Runs `work` on so many threads of the library's own, on one too; 0: on as many as the machine has.
-pub(crate) fn on_threads<T: Send>(
-    threads: u32,
-    work: impl FnOnce() -> T + Send,
-) -> Result<T, Failure> {
-    Ok(pool(threads)?.install(work))
-}
-
-fn pool(threads: u32) -> Result<Arc<ThreadPool>, Failure> {
+/// So many threads of the library's own, in the usual floating-point modes; 0: as many as the machine has. They stay for whoever asks for
+/// as many again.
+///
+/// # Errors
+/// If the system does not grant them.
+pub fn pool(threads: usize) -> Result<Arc<ThreadPool>, ThreadPoolBuildError> {
     let key = (std::process::id(), threads);
     if let Some(pool) = POOLS.load().as_ref().and_then(|pools| pools.get(&key)) {
         return Ok(Arc::clone(pool));
@@ -38,12 +32,13 @@ fn pool(threads: u32) -> Result<Arc<ThreadPool>, Failure> {
     Ok(pool)
 }
 
-fn started(threads: u32) -> Result<ThreadPool, Failure> {
+fn started(threads: usize) -> Result<ThreadPool, ThreadPoolBuildError> {
     ThreadPoolBuilder::new()
-        .num_threads(threads as usize)
+        .num_threads(threads)
         .thread_name(|number| format!("boxwood-{number}"))
+        // Threads inherit the modes of the one that makes them.
+        .start_handler(|_| std::mem::forget(FloatModes::enter()))
         .build()
-        .map_err(|error| Failure::new(BwError::NoThreads, format!("no {threads} threads: {error}")))
 }
 
 #[cfg(test)]
@@ -61,6 +56,6 @@ mod tests {
                 .collect()
         });
         assert!(pools.iter().all(|pool| Arc::ptr_eq(pool, &pools[0])));
-        assert_eq!(on_threads(3, rayon::current_num_threads).unwrap(), 3);
+        assert_eq!(pools[0].install(rayon::current_num_threads), 3);
     }
 }
