@@ -393,7 +393,8 @@ def ended(process, seconds=90):
 
 def test_the_command_line_interrupted_and_resumed(ref, file, answer, tmp_path):
     job = tmp_path / "job"
-    command = ("rays", ref.path, file, "--out", job, "--block", BLOCK, "--workers", 2)
+    # So many blocks that on a fast machine, too, some are left when it is interrupted.
+    command = ("rays", ref.path, file, "--out", job, "--block", BLOCK // 10, "--workers", 2)
     process = run(*command)
     until(lambda: len(list(job.glob("blocks/0*"))) > 5)
     os.killpg(process.pid, signal.SIGINT)  # As a terminal does: to the workers, too.
@@ -403,7 +404,8 @@ def test_the_command_line_interrupted_and_resumed(ref, file, answer, tmp_path):
 
     # The machine fails; then all is well.
     process = run(*command)
-    until(lambda: len(list(job.glob("blocks/0*"))) > 15)
+    begun = len(list(job.glob("blocks/0*")))
+    until(lambda: len(list(job.glob("blocks/0*"))) > begun + 5)
     os.killpg(process.pid, signal.SIGKILL)
     ended(process)
     code, out, told = ended(run(*command, "--resume", "--json"))
