@@ -1,4 +1,4 @@
-//! Everything that must hold before a change lands. `.ci/run` is nothing but this.
+//! Everything that must hold before a change lands and needs Rust alone; `.ci/run` calls it, and what needs C, Python, a screen or a browser.
 
 use crate::shell::{command, exists, step};
 use crate::{asm, figures, fuzz};

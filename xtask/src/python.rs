@@ -19,6 +19,9 @@ const MAX_WHEEL: u64 = 3_000_000;
 
 /// `cargo xtask python-test`: builds the wheel, installs it where nothing else is, checks its types and runs its tests.
 pub(crate) fn test(args: &[String]) -> Result<()> {
+    let manifest = "python/Cargo.toml";
+    let format = command("cargo", &["fmt", "--check", "--manifest-path", manifest]);
+    step("the package's format", format)?;
     let home = target().join("python");
     let python = environment(&home.join("venv"))?;
     let wheel = wheel(&python, &home.join("wheels"))?;

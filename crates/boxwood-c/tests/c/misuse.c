@@ -101,7 +101,9 @@ static void null_pointers(BwScene *scene) {
 /* A scene that was saved answers as before; what is no scene, or cannot be written, is refused. */
 static void files(void) {
     const BwRay ray = {{0, 0, 0}, 0, {0, 0, 1}, INFINITY};
-    char folder[] = "/tmp/boxwood-XXXXXX", path[64], nowhere[64];
+    char folder[256], path[sizeof folder + 8], nowhere[sizeof folder + 16];
+    const char *temporary = getenv("TMPDIR");
+    snprintf(folder, sizeof folder, "%s/boxwood-XXXXXX", temporary != NULL ? temporary : "/tmp");
     CHECK(mkdtemp(folder) != NULL);
     snprintf(path, sizeof path, "%s/a.bwx", folder);
     snprintf(nowhere, sizeof nowhere, "%s/no/a.bwx", folder);
