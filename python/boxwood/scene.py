@@ -7,12 +7,12 @@ import os
 import threading
 import warnings
 import weakref
-from typing import TYPE_CHECKING, Any, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, Callable, Mapping, Sequence
 
 import numpy as np
 
 from ._native import NativeLooks, NativeScene, load
-from .arrays import INVALID_ID, Out, is_single, leading, limit_of, threads_of, triangles_of, vertices_of
+from .arrays import INVALID_ID, Out, leading, limit_of, origin_of, out_of, threads_of, triangles_of, vertices_of
 from .blend import blend
 from .camera import pinhole
 from .notes import Faces, faces_in, looks_in, meshes_in, notes_of, origin_in, quality_in
@@ -220,12 +220,8 @@ class Scene:
     ) -> NDArray[np.bool_]:
         """True for each ray (..., 6) that meets anything from ``tnear`` to ``tfar``; each is a number or an array that goes with
         (...). ``out``: bool (...)."""
-        flat, shape = leading(rays, 6, "rays")
-        given = _one(out, np.bool_, shape, [rays, tnear, tfar])
         count = self._count(nthreads, threads)
-        near, far = limit_of(tnear, shape, "tnear"), limit_of(tfar, shape, "tfar")
-        native, origin = self._built()
-        return given.fill({"out": native.occluded(flat, origin, near, far, count).reshape(shape)})["out"]
+        return self._each_ray(NativeScene.occluded, np.bool_, rays, tnear, tfar, out, count)
 
     def count_intersections(
         self,
@@ -239,12 +235,8 @@ class Scene:
     ) -> NDArray[np.int64]:
         """How many triangles each ray (..., 6) meets from ``tnear`` to ``tfar``, int64; an edge that triangles share counts once.
         ``out``: int64 (...)."""
-        flat, shape = leading(rays, 6, "rays")
-        given = _one(out, np.int64, shape, [rays, tnear, tfar])
         count = self._count(nthreads, threads)
-        near, far = limit_of(tnear, shape, "tnear"), limit_of(tfar, shape, "tfar")
-        native, origin = self._built()
-        return given.fill({"out": native.count(flat, origin, near, far, count).reshape(shape)})["out"]
+        return self._each_ray(NativeScene.count, np.int64, rays, tnear, tfar, out, count)
 
     def list_intersections(
         self,
@@ -328,11 +320,7 @@ class Scene:
     ) -> NDArray[np.float32]:
         """The same, negative inside. Exact on closed meshes, so one sample is enough; ``nsamples`` is for who comes from Open3D."""
         _odd(nsamples)
-        flat, shape = leading(query_points, 3, "points")
-        given = _one(out, np.float32, shape, [query_points])
-        count = self._count(nthreads, threads)
-        native, origin = self._built()
-        return given.fill({"out": native.signed(flat, origin, count).reshape(shape)})["out"]
+        return self._each_point(NativeScene.signed, query_points, out, self._count(nthreads, threads))
 
     def compute_occupancy(
         self,
@@ -345,11 +333,7 @@ class Scene:
     ) -> NDArray[np.float32]:
         """1 for each point (..., 3) that is inside, else 0: float32 (...), as is ``out``. As exact as the sign of the distance."""
         _odd(nsamples)
-        flat, shape = leading(query_points, 3, "points")
-        given = _one(out, np.float32, shape, [query_points])
-        count = self._count(nthreads, threads)
-        native, origin = self._built()
-        return given.fill({"out": native.inside(flat, origin, count).astype(np.float32).reshape(shape)})["out"]
+        return self._each_point(NativeScene.inside, query_points, out, self._count(nthreads, threads))
 
     @staticmethod
     def create_rays_pinhole(
@@ -522,6 +506,37 @@ class Scene:
         lengths = self._built()[0].mesh_lengths() if self._is_opened else [len(triangles) for _, triangles in self._meshes]
         return f"<boxwood.Scene: {len(lengths)} meshes, {sum(lengths):,} triangles>"
 
+    def _first(self, rays: ArrayLike) -> NDArray[np.int64]:
+        """The number of the first triangle of each ray in its mesh, -1 where there is none."""
+        return self._each_ray(NativeScene.first, np.int64, rays, 0.0, np.inf, None, self._threads)
+
+    def _each_ray(
+        self,
+        ask: Callable[..., NDArray[Any]],
+        kind: type[np.generic],
+        rays: ArrayLike,
+        tnear: ArrayLike,
+        tfar: ArrayLike,
+        out: NDArray[Any] | None,
+        threads: int,
+    ) -> NDArray[Any]:
+        """One number for each ray."""
+        flat, shape = leading(rays, 6, "rays")
+        given = out_of(out, kind, shape, [rays, tnear, tfar])
+        near, far = limit_of(tnear, shape, "tnear"), limit_of(tfar, shape, "tfar")
+        native, origin = self._built()
+        return given.fill({"out": ask(native, flat, origin, near, far, threads).reshape(shape)})["out"]
+
+    def _each_point(
+        self, ask: Callable[..., NDArray[Any]], points: ArrayLike, out: NDArray[Any] | None, threads: int
+    ) -> NDArray[np.float32]:
+        """One number for each point."""
+        flat, shape = leading(points, 3, "points")
+        given = out_of(out, np.float32, shape, [points])
+        native, origin = self._built()
+        answers = ask(native, flat, origin, threads).astype(np.float32, copy=False)
+        return given.fill({"out": answers.reshape(shape)})["out"]
+
     def _built(self) -> tuple[NativeScene, NDArray[np.float64]]:
         """What answers, and what it wants to be subtracted: of one build, whatever other threads add meanwhile."""
         ready = self._ready
@@ -529,7 +544,7 @@ class Scene:
             return ready
         with self._lock:
             if self._ready is None:
-                origin = _origin_of([vertices for vertices, _ in self._meshes])
+                origin = origin_of([vertices for vertices, _ in self._meshes])
                 notes = notes_of(self._quality, origin, self._meshes, self._looks)
                 self._ready = NativeScene(self._meshes, origin, self._quality, self._threads, notes), origin
             return self._ready
@@ -575,27 +590,7 @@ if hasattr(os, "register_at_fork"):
     os.register_at_fork(after_in_child=_fork)
 
 
-def _one(array: Any, dtype: Any, shape: tuple[int, ...], inputs: list[Any]) -> Out:
-    """For calls with one answer."""
-    return Out(None if array is None else {"out": array}, {"out": (dtype, shape)}, inputs)
-
-
 def _odd(nsamples: Any) -> None:
     """Open3D asks for an odd number of rays to vote by."""
     if operator.index(nsamples) < 1 or nsamples % 2 == 0:
         raise ValueError(f"nsamples must be odd and positive, not {nsamples}")
-
-
-def _origin_of(parts: list[NDArray[Any]]) -> NDArray[np.float64]:
-    """The middle of all vertices, if single precision would round any of them; else nothing is moved."""
-    double = [part for part in parts if part.dtype == np.float64 and not is_single(part)]
-    if not double:
-        return np.zeros(3)
-    least, most = np.full(3, np.inf), np.full(3, -np.inf)
-    for part in parts:
-        finite = part[np.isfinite(part).all(axis=1)]
-        if len(finite):
-            least, most = np.minimum(least, finite.min(axis=0)), np.maximum(most, finite.max(axis=0))
-    # Halves first: the sum may be beyond the largest number.
-    middle = np.round(least / 2 + most / 2)
-    return middle if np.isfinite(middle).all() else np.zeros(3)

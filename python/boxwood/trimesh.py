@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .arrays import INVALID_ID
 from .scene import Scene
 
 if TYPE_CHECKING:
@@ -80,7 +79,8 @@ class RayMeshIntersector:
             tri, t = found["primitive_ids"][ray], found["t_hit"][ray]
         index_tri = tri.astype(np.int64)
         if return_locations:
-            return index_tri, ray, rays[ray, :3] + t[:, None].astype(np.float64) * rays[ray, 3:]
+            hit = rays[ray].astype(np.float64)
+            return index_tri, ray, hit[:, :3] + t[:, None] * hit[:, 3:]
         return index_tri, ray
 
     def intersects_location(
@@ -95,8 +95,7 @@ class RayMeshIntersector:
 
     def intersects_first(self, ray_origins: ArrayLike, ray_directions: ArrayLike, **_: Any) -> NDArray[np.int64]:
         """The first triangle of each ray (n,), int64, -1 where there is none."""
-        ids = self._scene.cast_rays(_rays(ray_origins, ray_directions))["primitive_ids"]
-        return np.where(ids == INVALID_ID, -1, ids.astype(np.int64))
+        return self._scene._first(_rays(ray_origins, ray_directions))
 
     def intersects_any(self, ray_origins: ArrayLike, ray_directions: ArrayLike, **_: Any) -> NDArray[np.bool_]:
         """True for each ray (n,) that meets anything."""
@@ -108,9 +107,9 @@ class RayMeshIntersector:
         return inside
 
 
-def _rays(ray_origins: ArrayLike, ray_directions: ArrayLike) -> NDArray[np.float64]:
-    """(n, 6) in double precision; one origin or one direction may serve for all."""
-    origins, directions = np.broadcast_arrays(np.asarray(ray_origins, np.float64), np.asarray(ray_directions, np.float64))
+def _rays(ray_origins: ArrayLike, ray_directions: ArrayLike) -> NDArray[Any]:
+    """(n, 6) in the precision that was given; one origin or one direction may serve for all."""
+    origins, directions = np.broadcast_arrays(np.asarray(ray_origins), np.asarray(ray_directions))
     if origins.ndim == 0 or origins.shape[-1] != 3:
         raise ValueError(f"origins and directions must have the shape (n, 3), not {origins.shape}")
     return np.concatenate([origins.reshape(-1, 3), directions.reshape(-1, 3)], axis=1)

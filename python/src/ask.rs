@@ -159,18 +159,35 @@ pub(crate) fn closest_points<'py>(
     ))
 }
 
-/// One plain number for each ray or point, by a question that takes slices.
-pub(crate) fn each<'py, Q, T>(
+/// One plain number for each ray, by a question that takes slices.
+pub(crate) fn each<'py, T>(
     py: Python<'py>,
-    questions: Vec<Q>,
+    rays: Vec<Ray>,
     threads: usize,
-    ask: impl Fn(&[Q], &mut [T]) + Sync,
+    ask: impl Fn(&[Ray], &mut [T]) + Sync,
 ) -> PyResult<Column<'py, T>>
 where
-    Q: Sync,
     T: numpy::Element + bytemuck::Zeroable + Send,
 {
-    each_in(PIECE, py, questions, threads, ask)
+    let answers = each_in(PIECE, py, &rays, threads, ask)?;
+    keep(rays);
+    Ok(answers)
+}
+
+/// The number of the first primitive that each ray hits, -1 if none.
+pub(crate) fn first<'py>(
+    py: Python<'py>,
+    scene: &Scene,
+    rays: Vec<Ray>,
+    threads: usize,
+) -> PyResult<Column<'py, i64>> {
+    each(py, rays, threads, |rays, prims| {
+        let hits = &mut [None; PIECE][..rays.len()];
+        scene.closest_hits(rays, hits);
+        for (prim, hit) in prims.iter_mut().zip(hits) {
+            *prim = hit.map_or(-1, |hit| i64::from(hit.prim));
+        }
+    })
 }
 
 /// [`each`] for points.
@@ -183,13 +200,13 @@ pub(crate) fn each_point<'py, T>(
 where
     T: numpy::Element + bytemuck::Zeroable + Send,
 {
-    each_in(POINTS, py, points, threads, ask)
+    each_in(POINTS, py, &points, threads, ask)
 }
 
 fn each_in<'py, Q, T>(
     piece: usize,
     py: Python<'py>,
-    questions: Vec<Q>,
+    questions: &[Q],
     threads: usize,
     ask: impl Fn(&[Q], &mut [T]) + Sync,
 ) -> PyResult<Column<'py, T>>

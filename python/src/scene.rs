@@ -107,6 +107,19 @@ impl NativeScene {
         })
     }
 
+    /// The number of the first triangle in its mesh, -1 if none.
+    fn first<'py>(
+        &self,
+        py: Python<'py>,
+        rays: rays::Table<'py>,
+        origin: Origin,
+        near: Limit<'py>,
+        far: Limit<'py>,
+        threads: usize,
+    ) -> PyResult<Column<'py, i64>> {
+        ask::first(py, &self.0, rays.rays(origin, &near, &far)?, threads)
+    }
+
     /// All hits of each ray, nearest first.
     fn list<'py>(
         &self,

@@ -19,6 +19,7 @@ import boxwood.dask
 import dask
 import dask.array as da
 from boxwood.cluster.cli import main
+from boxwood.cluster.interrupts import Interrupts
 from boxwood.cluster.questions import QUESTIONS
 from loopback import Loopback, kill, until
 
@@ -414,6 +415,24 @@ def test_the_command_line_interrupted_and_resumed(ref, file, answer, tmp_path):
     assert report["kept"] >= 5 and report["counts"]["rays"] == RAYS
     same(boxwood.dask.read(job), answer)
     assert main(["status", str(job), "--check"]) == 0
+
+
+def test_an_interrupt_that_the_interpreter_drops_is_not_lost(capsys):
+    class Swallows:
+        def __del__(self):
+            signal.raise_signal(signal.SIGINT)
+
+    interrupts, told = Interrupts(), []
+    before = signal.getsignal(signal.SIGINT)
+    with interrupts.listen():
+        heeded = interrupts.heeded(told.append)
+        heeded("before")
+        one = Swallows()
+        del one
+        with pytest.raises(KeyboardInterrupt):
+            heeded("after")
+    assert told == ["before"] and capsys.readouterr().err == ""
+    assert signal.getsignal(signal.SIGINT) is before
 
 
 def test_the_command_line_on_a_scheduler(cluster, ref, scene, tmp_path):

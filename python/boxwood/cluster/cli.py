@@ -13,14 +13,16 @@ import os
 import signal
 import sys
 import warnings
-from typing import Any, Iterator, NoReturn
+from typing import Any, Iterator
 
 from ..scene import Scene
 from .arguments import parser
 from .errors import BlocksFailed, ClusterLost, JobRefused, SceneMismatch
 from .folder import JobFolder, holds
+from .interrupts import Interrupts
 from .jobs import ask_file, render
 from .pool import Cluster, InProcess, Pool
+from .progress import teller
 from .questions import check_rows
 from .rays import rows_file
 from .reference import SceneRef, is_url
@@ -42,7 +44,9 @@ class Trouble(Exception):
 def main(arguments: list[str] | None = None) -> int:
     """Runs a command; returns the exit code."""
     options = parser().parse_args(arguments)
-    with _manners():
+    interrupts = Interrupts()
+    options.progress = interrupts.heeded(teller(None))
+    with _manners(), interrupts.listen():
         try:
             return {"rays": run_rays, "render": run_render, "status": run_status}[options.command](options)
         except Trouble as trouble:
@@ -174,22 +178,14 @@ def _own_cluster(workers: int) -> Any:
 
 @contextlib.contextmanager
 def _manners() -> Iterator[None]:
-    """Meanwhile warnings are one line, and SIGTERM, by which schedulers of machines end jobs, is Ctrl-C."""
-    try:
-        before = signal.signal(signal.SIGTERM, _interrupt)
-    except ValueError:  # Not the main thread.
-        before = None
+    """Meanwhile warnings are one line."""
     with warnings.catch_warnings():
         warnings.showwarning = lambda message, *_, **__: print(f"warning: {message}", file=sys.stderr)
-        try:
-            yield
-        finally:
-            if before is not None:
-                signal.signal(signal.SIGTERM, before)
+        yield
 
 
 def _common(options: argparse.Namespace) -> dict[str, Any]:
-    return {"threads": options.threads, "retries": options.retries}
+    return {"threads": options.threads, "retries": options.retries, "progress": options.progress}
 
 
 def _told(options: argparse.Namespace, report: Report) -> int:
@@ -219,10 +215,6 @@ def _cameras(path: str) -> list[dict[str, Any]]:
         example = '[{"eye": [0, 1, 5], "target": [0, 0, 0]}]'
         raise Trouble(INPUT, f"{path}: not a list of cameras; it looks as in {example}")
     return cameras
-
-
-def _interrupt(*_: object) -> NoReturn:
-    raise KeyboardInterrupt
 
 
 def _error(code: int, text: object) -> int:
