@@ -155,6 +155,23 @@ def differences(rays: np.ndarray, corners: np.ndarray, ours: Answer, theirs: Ans
     )
 
 
+def more_or_fewer(rays: np.ndarray, corners: np.ndarray, ours: Answer, theirs: Answer) -> str:
+    """Where the lists of all hits are not the same, and why."""
+    pairs = [answer["ray_ids"].astype(np.int64) << 32 | answer["primitive_ids"].astype(np.int64) for answer in (ours, theirs)]
+    # Hits are in order within each ray: what is at the same distance stands side by side.
+    ray, t = ours["ray_ids"], ours["t_hit"]
+    beside = (ray[1:] == ray[:-1]) & (np.abs(t[1:] - t[:-1]) <= 1e-5 * np.abs(t[1:]))
+    crowded = pairs[0][np.append(beside, False) | np.append(False, beside)]
+
+    def kinds(pairs: np.ndarray) -> str:
+        on_edge = ~(np.abs(edge_share(rays[pairs >> 32], corners[pairs & 0xFFFFFFFF])) > 1e-4)
+        at_another = np.isin(pairs, crowded) & ~on_edge
+        return f"{len(pairs):,} ({int(on_edge.sum()):,} within 1e-4 of an edge, {int(at_another.sum()):,} others within 1e-5 of another hit of the same ray)"
+
+    alone = np.setdiff1d(*pairs), np.setdiff1d(*pairs[::-1])
+    return f"{len(pairs[0]):,} and {len(pairs[1]):,} in all; by Boxwood alone {kinds(alone[0])}, by the other alone {kinds(alone[1])}"
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("files", nargs="+")
@@ -206,8 +223,7 @@ def explained(name: str, question: str, data: np.ndarray, corners: np.ndarray, a
         if question == "closest_hit":
             text = differences(data, corners, ours, theirs)
         elif question == "all_hits":
-            counts = [np.bincount(answer["ray_ids"], minlength=len(data)) for answer in (ours, theirs)]
-            text = f"{int(np.sum(counts[0] != counts[1]))} rays with another number of hits ({len(ours['ray_ids']):,} and {len(theirs['ray_ids']):,} in all)"
+            text = more_or_fewer(data, corners, ours, theirs)
         else:
             key = "distances" if question == "closest_point" else "distance"
             if key in theirs:
