@@ -12,10 +12,11 @@ from typing import TYPE_CHECKING, Any, Callable, Mapping, Sequence
 import numpy as np
 
 from ._native import NativeLooks, NativeScene, load
-from .arrays import INVALID_ID, Out, leading, limit_of, origin_of, out_of, threads_of, triangles_of, vertices_of
+from .arrays import INVALID_ID, Out, leading, limit_of, out_of, threads_of, triangles_of, vertices_of
 from .blend import blend
 from .camera import pinhole
 from .notes import Faces, faces_in, looks_in, meshes_in, notes_of, origin_in, quality_in
+from .origin import origin_of
 from .picture import Picture
 from .studio import Studio
 

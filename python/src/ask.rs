@@ -174,7 +174,7 @@ where
     Ok(answers)
 }
 
-/// The number of the first primitive that each ray hits, -1 if none.
+/// The number in its mesh of the first primitive that each ray hits, -1 if none.
 pub(crate) fn first<'py>(
     py: Python<'py>,
     scene: &Scene,

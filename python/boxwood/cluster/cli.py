@@ -46,9 +46,10 @@ def main(arguments: list[str] | None = None) -> int:
     options = parser().parse_args(arguments)
     interrupts = Interrupts()
     options.progress = interrupts.heeded(teller(None))
-    with _manners(), interrupts.listen():
+    with _manners():
         try:
-            return {"rays": run_rays, "render": run_render, "status": run_status}[options.command](options)
+            with interrupts.listen():
+                return {"rays": run_rays, "render": run_render, "status": run_status}[options.command](options)
         except Trouble as trouble:
             return _error(trouble.code, trouble)
         except KeyboardInterrupt:
