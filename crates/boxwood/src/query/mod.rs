@@ -31,7 +31,7 @@ pub trait Query: Send + Sync {
     /// [`Query::closest_hit`] for each ray. The slices are walked together; the longer one's rest is left alone.
     fn closest_hits(&self, rays: &[Ray], hits: &mut [Option<Hit>]);
 
-    /// The same for whoever reads the triangles that are hit next: meanwhile the processor may be asked for them.
+    /// The same, each entry written, for whoever reads the triangles that are hit next: meanwhile the processor may be asked for them.
     fn closest_hits_fetching(
         &self,
         rays: &[Ray],

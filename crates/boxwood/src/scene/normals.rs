@@ -25,7 +25,7 @@ impl Scene {
 
     /// The unit normals of the triangles with these numbers, as hits and nearest places have them: the face's own, by the order
     /// of its corners. Zero for a triangle without area, and where there is no such triangle, so that `u32::MAX` can stand for no
-    /// hit. Computed in double precision, since squares of lengths may be beyond single precision.
+    /// hit; so zero for all in a scene of instances, whose hits [`Scene::normal`] is for. Computed in double precision, since squares of lengths may be beyond single precision.
     ///
     /// # Panics
     /// If the slices differ in length.
@@ -128,5 +128,38 @@ mod tests {
         let mut normals = vec![[f32::NAN; 3]; wanted.len()];
         scene.unit_normals(&geoms, &prims, &mut normals);
         assert_eq!(normals, wanted);
+    }
+
+    #[test]
+    fn who_fetches_triangles_gets_the_same_hits_over_whatever_was_there() {
+        let square = |z| [[0.0, 0.0, z], [1.0, 0.0, z], [1.0, 1.0, z], [0.0, 1.0, z]];
+        let two = [[0, 1, 2], [0, 2, 3]];
+        let down = |x| Ray::new([x, 0.3, 9.0], [0.0, 0.0, -1.0]);
+        let rays: Vec<Ray> = (0..2000)
+            .map(|i| {
+                down(if i % 7 == 0 {
+                    f32::NAN
+                } else {
+                    i as f32 * 0.001 - 0.5
+                })
+            })
+            .collect();
+        let mut found = vec![None; rays.len()];
+        for structure in ["list", "wide", "bvh2"] {
+            let scenes = [
+                Scene::builder()
+                    .mesh(&square(0.0), &two)
+                    .mesh(&square(1.0), &two),
+                Scene::builder(),
+            ];
+            for builder in scenes {
+                let scene = builder.structure(structure).build().unwrap();
+                let mut wanted = vec![None; rays.len()];
+                scene.closest_hits(&rays, &mut wanted);
+                scene.closest_hits_fetching(&rays, &mut found);
+                assert_eq!(found, wanted, "{structure}");
+                assert_eq!(wanted.iter().any(Option::is_some), !scene.is_empty());
+            }
+        }
     }
 }
