@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import math
 import os
+import threading
 from typing import TYPE_CHECKING, Any, Callable, Iterable, Protocol, Sequence
 
 import dask.array as da
@@ -256,8 +257,13 @@ def _stored(files: list[str], field: str, kind: Any, behind: tuple[int, ...], le
     return da.map_blocks(_load, files, field, chunks=chunks, dtype=kind, meta=meta, name=key)
 
 
+#: numpy reads a header by Python's own parser, which in 3.11 counts the depths of several threads as one and then fails, now and then
+#: ("AST constructor recursion depth mismatch"): blocks are read one at a time.
+_ONE_READER = threading.Lock()
+
+
 def _load(files: list[str], field: str, block_info: Any = None) -> NDArray[Any]:
-    with np.load(files[block_info[None]["chunk-location"][0]]) as file:
+    with _ONE_READER, np.load(files[block_info[None]["chunk-location"][0]]) as file:
         stored: NDArray[Any] = file[field]
         return stored
 
