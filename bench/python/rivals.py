@@ -15,6 +15,7 @@ from typing import Any, Callable
 import numpy as np
 
 import boxwood
+from boxwood.trimesh import RayMeshIntersector
 
 #: An answer, by the names of Open3D.
 Answer = dict[str, np.ndarray]
@@ -34,12 +35,22 @@ class Boxwood:
     name = "Boxwood"
 
     def __init__(self, vertices: np.ndarray, triangles: np.ndarray) -> None:
+        import trimesh
+
+        self.ray = RayMeshIntersector(trimesh.Trimesh(vertices, triangles, process=False), threads=1)
+        self.ray.intersects_first(np.zeros((1, 3)), np.ones((1, 3)))
         self.scene = boxwood.Scene()
         self.scene.add_triangles(vertices, triangles)
         self.scene.stats
 
     def closest_hit(self, rays: np.ndarray, threads: int) -> Answer:
         return self.scene.cast_rays(rays, threads)
+
+    def first_triangle(self, rays: np.ndarray, threads: int) -> Answer:
+        return first_triangle(self.ray, rays)
+
+    def first_place(self, rays: np.ndarray, threads: int) -> Answer:
+        return first_place(self.ray, rays)
 
     def all_hits(self, rays: np.ndarray, threads: int) -> Answer:
         return self.scene.list_intersections(rays, threads)
@@ -49,6 +60,20 @@ class Boxwood:
 
     def signed_distance(self, points: np.ndarray, threads: int) -> Answer:
         return {"distance": self.scene.compute_signed_distance(points, threads)}
+
+
+def first_triangle(intersector: Any, rays: np.ndarray) -> Answer:
+    """By trimesh's names, from either: numbers alone."""
+    first = intersector.intersects_first(rays[:, :3], rays[:, 3:])
+    return {"primitive_ids": first.astype(np.uint32)}
+
+
+def first_place(intersector: Any, rays: np.ndarray) -> Answer:
+    """By trimesh's names, from either: numbers and places."""
+    triangles, which, _ = intersector.intersects_id(rays[:, :3], rays[:, 3:], return_locations=True, multiple_hits=False)
+    first = np.full(len(rays), 0xFFFFFFFF, np.uint32)
+    first[which] = triangles
+    return {"primitive_ids": first}
 
 
 class Open3d:
@@ -93,9 +118,11 @@ class Trimesh:
         self.ray.intersects_first(np.zeros((1, 3)), np.ones((1, 3)))
         self.proximity = trimesh.proximity.ProximityQuery(self.mesh)
 
-    def closest_hit(self, rays: np.ndarray, threads: int) -> Answer:
-        first = self.ray.intersects_first(rays[:, :3], rays[:, 3:])
-        return {"primitive_ids": first.astype(np.uint32)}
+    def first_triangle(self, rays: np.ndarray, threads: int) -> Answer:
+        return first_triangle(self.ray, rays)
+
+    def first_place(self, rays: np.ndarray, threads: int) -> Answer:
+        return first_place(self.ray, rays)
 
     def all_hits(self, rays: np.ndarray, threads: int) -> Answer:
         triangles, which = self.ray.intersects_id(rays[:, :3], rays[:, 3:], multiple_hits=True)
@@ -109,7 +136,7 @@ class Trimesh:
         return {"distance": -self.proximity.signed_distance(points)}
 
 
-QUESTIONS = {"closest_hit": "rays", "all_hits": "rays", "closest_point": "points", "signed_distance": "points"}
+QUESTIONS = {"closest_hit": "rays", "first_triangle": "rays", "first_place": "rays", "all_hits": "rays", "closest_point": "points", "signed_distance": "points"}
 
 
 def race(arms: list[Any], question: str, data: np.ndarray, threads: int, rounds: int) -> tuple[dict[str, list[float]], dict[str, Answer]]:
@@ -201,7 +228,9 @@ def main() -> None:
         for question in options.questions:
             data = rays if QUESTIONS[question] == "rays" else np.ascontiguousarray(rays[: options.points, :3])
             for threads in options.threads:
-                here = [arm for arm in arms if threads == 1 or arm.name != "trimesh + embreex"]
+                here = [arm for arm in arms if hasattr(arm, question) and (threads == 1 or arm.name != "trimesh + embreex")]
+                if len(here) == 1:
+                    continue
                 times, answers = race(here, question, data, threads, options.rounds)
                 speed = {arm: 1e3 / min(times[arm]) for arm in times}
                 # Of each round: what disturbs the machine disturbs all.
@@ -220,7 +249,7 @@ def explained(name: str, question: str, data: np.ndarray, corners: np.ndarray, a
     for other, theirs in answers.items():
         if other == "Boxwood":
             continue
-        if question == "closest_hit":
+        if question in ("closest_hit", "first_triangle", "first_place"):
             text = differences(data, corners, ours, theirs)
         elif question == "all_hits":
             text = more_or_fewer(data, corners, ours, theirs)
