@@ -4,11 +4,11 @@ mod common;
 
 use std::{
     fs,
-    process::{Command, Stdio},
+    process::Stdio,
     time::{Duration, Instant},
 };
 
-use common::{command, expect, folder, is_under_nohup, json, text};
+use common::{command, expect, folder, is_under_nohup, json, send, text};
 use serde_json::Value;
 
 const QUICK: [&str; 8] = [
@@ -158,13 +158,7 @@ fn bench_ends_soon_after_ctrl_c() {
         .spawn()
         .unwrap();
     std::thread::sleep(Duration::from_secs(8));
-    let killed = Command::new("kill")
-        .args(["-INT", &child.id().to_string()])
-        .status();
-    assert!(
-        killed.is_ok_and(|status| status.success()),
-        "there is a `kill`"
-    );
+    send("INT", &child);
     let start = Instant::now();
     let output = child.wait_with_output().unwrap();
     if output.status.code().is_none() {

@@ -2,13 +2,9 @@
 
 mod common;
 
-use std::{
-    fs,
-    io::Write,
-    process::{Command, Stdio},
-};
+use std::{fs, io::Write, process::Stdio};
 
-use common::{SMALL, command, expect, folder, is_under_nohup, json, text};
+use common::{SMALL, command, expect, folder, is_under_nohup, json, send, text};
 use serde_json::Value;
 
 #[test]
@@ -343,13 +339,7 @@ fn ctrl_c_saves_what_is_done_and_ends_with_4() {
         .unwrap();
     // Long enough for some tiles, much too short for all.
     std::thread::sleep(std::time::Duration::from_secs(6));
-    let killed = Command::new("kill")
-        .args(["-INT", &child.id().to_string()])
-        .status();
-    assert!(
-        killed.is_ok_and(|status| status.success()),
-        "there is a `kill`"
-    );
+    send("INT", &child);
     let output = child.wait_with_output().unwrap();
     assert_eq!(output.status.code(), Some(4), "{}", text(&output.stderr));
     let said = text(&output.stderr);
@@ -388,8 +378,7 @@ fn a_process_that_is_ended_while_it_writes_leaves_no_part_of_a_file() {
     while names().is_empty() && child.try_wait().unwrap().is_none() {
         std::thread::sleep(std::time::Duration::from_millis(1));
     }
-    let killed = Command::new("kill").arg(child.id().to_string()).status();
-    assert!(killed.is_ok(), "there is a `kill`");
+    send("TERM", &child);
     match child.wait().unwrap().code() {
         Some(130) => assert!(names().iter().all(|name| name == "a.obj"), "{:?}", names()),
         code => assert_eq!((code, names()), (Some(0), vec!["a.obj".to_owned()])),

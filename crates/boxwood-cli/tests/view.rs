@@ -6,11 +6,11 @@ mod common;
 use std::{
     fs,
     path::Path,
-    process::{Command, Stdio},
+    process::Stdio,
     time::{Duration, Instant},
 };
 
-use common::{SMALL, command, expect, folder, is_under_nohup, json, text};
+use common::{SMALL, command, expect, folder, is_under_nohup, json, send, text};
 
 const HILL: &str = "builtin:terrain?n=2000";
 
@@ -110,7 +110,7 @@ fn an_interrupted_script_saves_the_state_and_ends_with_4() {
     if is_under_nohup() {
         return;
     }
-    for signal in ["-INT", "-TERM"] {
+    for signal in ["INT", "TERM"] {
         let folder = folder();
         let at = folder.path();
         fs::write(at.join("s"), "orbit 2\nshot ready.png\nstill 1000000\n").unwrap();
@@ -126,9 +126,7 @@ fn an_interrupted_script_saves_the_state_and_ends_with_4() {
             assert!(start.elapsed() < Duration::from_secs(60), "no picture");
             std::thread::sleep(Duration::from_millis(10));
         }
-        let pid = child.id().to_string();
-        let killed = Command::new("kill").args([signal, &pid]).status();
-        assert!(killed.is_ok_and(|status| status.success()));
+        send(signal, &child);
         let output = child.wait_with_output().unwrap();
         assert_eq!(output.status.code(), Some(4), "{}", text(&output.stderr));
         assert!(text(&output.stdout).contains("orbit 360"));

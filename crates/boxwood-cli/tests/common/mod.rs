@@ -2,7 +2,7 @@
 
 use std::{
     path::Path,
-    process::{Command, Output, Stdio},
+    process::{Child, Command, Output, Stdio},
 };
 
 use serde_json::Value;
@@ -69,4 +69,17 @@ pub(crate) fn is_under_nohup() -> bool {
         println!("skipped: under nohup signals end the program as ever");
     }
     is
+}
+
+/// Sends a signal by the name that `kill` has for it, such as `INT`.
+#[allow(dead_code, reason = "not every test sends signals")]
+#[track_caller]
+pub(crate) fn send(signal: &str, child: &Child) {
+    let killed = Command::new("kill")
+        .args(["-s", signal, &child.id().to_string()])
+        .status();
+    assert!(
+        killed.is_ok_and(|status| status.success()),
+        "there is a `kill`, and the process is there"
+    );
 }

@@ -1,6 +1,6 @@
 //! What was killed, cut off or interrupted goes on.
 
-use crate::common::{command, expect, folder, json, text};
+use crate::common::{command, expect, folder, json, send, text};
 use crate::help::{SIZE, names, refusal, spawn, words};
 use std::fs;
 use std::path::Path;
@@ -230,13 +230,7 @@ fn ctrl_c_keeps_the_tiles_and_writes_no_half_picture() {
         assert!(child.try_wait().unwrap().is_none(), "it works for long");
         std::thread::sleep(Duration::from_millis(5));
     }
-    let killed = std::process::Command::new("kill")
-        .args(["-INT", &child.id().to_string()])
-        .status();
-    assert!(
-        killed.is_ok_and(|status| status.success()),
-        "there is a `kill`"
-    );
+    send("INT", &child);
     let output = child.wait_with_output().unwrap();
     let said = text(&output.stderr);
     assert_eq!(output.status.code(), Some(4), "{said}");
