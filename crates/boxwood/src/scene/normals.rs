@@ -25,7 +25,8 @@ impl Scene {
 
     /// The unit normals of the triangles with these numbers, as hits and nearest places have them: the face's own, by the order
     /// of its corners. Zero for a triangle without area, and where there is no such triangle, so that `u32::MAX` can stand for no
-    /// hit; so zero for all in a scene of instances, whose hits [`Scene::normal`] is for. Computed in double precision, since squares of lengths may be beyond single precision.
+    /// hit; so zero for all in a scene of instances, whose hits [`Scene::normal`] is for. Computed in double precision, since
+    /// squares of lengths may be beyond single precision.
     ///
     /// # Panics
     /// If the slices differ in length.

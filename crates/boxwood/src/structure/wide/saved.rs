@@ -11,10 +11,10 @@ use super::layout::{MAX_GRANULES, Ref, WIDTH, bounds};
 use super::triangles::WideTriangles;
 use super::{Full, Wide, ray};
 use crate::build::{BuildOptions, MAX_DEPTH};
-use crate::geom::{Aabb, Triangle};
+use crate::geom::Aabb;
 use crate::prims::{Primitives, Triangles};
 use crate::query::Query;
-use crate::simd::{Arena, GRANULE, Kept, address, prefetch};
+use crate::simd::{Arena, GRANULE, Kept, fetch_ends};
 
 /// Why bytes are not taken for a tree.
 #[derive(Debug)]
@@ -210,9 +210,9 @@ impl<'a> Check<'a> {
                 return;
             }
             for prim in &self.arena.floats(place, leaf_floats(count))[NUMBERS * count..] {
-                let triangle = address(triangles, prim.to_bits() as usize);
-                prefetch(triangle);
-                prefetch(triangle.wrapping_add(size_of::<Triangle>() - 1));
+                if let Some(triangle) = triangles.get(prim.to_bits() as usize) {
+                    fetch_ends(triangle);
+                }
             }
             place += leaf_granules(count);
         }
