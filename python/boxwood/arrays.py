@@ -10,6 +10,8 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
+    from ._native import Rays
+
 #: The number of what does not exist, as in Open3D.
 INVALID_ID = np.uint32(0xFFFFFFFF)
 
@@ -56,7 +58,13 @@ def leading(data: ArrayLike, columns: int, what: str) -> tuple[NDArray[Any], tup
     return _plain(array, np.float32 if single_precision else np.float64), array.shape[:-1]
 
 
-def limit_of(value: ArrayLike, shape: tuple[int, ...], what: str) -> float | NDArray[np.float32]:
+def rays_of(rays: ArrayLike, tnear: ArrayLike, tfar: ArrayLike) -> tuple[Rays, tuple[int, ...]]:
+    """Rays with their limits as the native part wants them, and the shape of one number for each."""
+    flat, shape = leading(rays, 6, "rays")
+    return (flat, _limit(tnear, shape, "tnear"), _limit(tfar, shape, "tfar")), shape
+
+
+def _limit(value: ArrayLike, shape: tuple[int, ...], what: str) -> float | NDArray[np.float32]:
     """One number, or as many as there are rays."""
     array = np.asarray(_filled(value))
     if array.dtype.kind not in "fiu":

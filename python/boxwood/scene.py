@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Callable, Mapping, Sequence
 import numpy as np
 
 from ._native import NativeLooks, NativeScene, load
-from .arrays import INVALID_ID, Out, leading, limit_of, out_of, threads_of, triangles_of, vertices_of
+from .arrays import INVALID_ID, Out, leading, out_of, rays_of, threads_of, triangles_of, vertices_of
 from .blend import blend
 from .camera import pinhole
 from .notes import Faces, faces_in, looks_in, meshes_in, notes_of, origin_in, quality_in
@@ -186,7 +186,7 @@ class Scene:
             (...), uint32, :data:`INVALID_ID` where nothing is hit; ``primitive_uvs`` (..., 2) float32: weights of the second and
             the third vertex; ``primitive_normals`` (..., 3) float32, unit; ``hit`` (...), bool; and what was to be interpolated.
         """
-        flat, shape = leading(rays, 6, "rays")
+        asked, shape = rays_of(rays, tnear, tfar)
         kinds = {
             "t_hit": (np.float32, shape),
             "geometry_ids": (np.uint32, shape),
@@ -201,8 +201,7 @@ class Scene:
             if name in kinds:
                 raise ValueError(f"{name!r} is an answer already: call it otherwise")
         native, origin = self._built()
-        near, far = limit_of(tnear, shape, "tnear"), limit_of(tfar, shape, "tfar")
-        found = dict(zip(kinds, native.cast(flat, origin, near, far, count)))
+        found = dict(zip(kinds, native.cast(asked, origin, count)))
         answer = {name: array.reshape(kinds[name][1]) for name, array in found.items()}
         for name, values in (interpolate or {}).items():
             blended = blend(values, self._faces(), found)
@@ -257,12 +256,11 @@ class Scene:
             ``ray_ids`` (h,) int64, ``t_hit`` (h,) float32, ``geometry_ids``, ``primitive_ids`` (h,) uint32, ``primitive_uvs``
             (h, 2) float32.
         """
-        flat, shape = leading(rays, 6, "rays")
+        asked, _ = rays_of(rays, tnear, tfar)
         count = self._count(nthreads, threads)
-        near, far = limit_of(tnear, shape, "tnear"), limit_of(tfar, shape, "tfar")
         native, origin = self._built()
         names = ("ray_splits", "ray_ids", "t_hit", "geometry_ids", "primitive_ids", "primitive_uvs")
-        return dict(zip(names, native.list(flat, origin, near, far, count)))
+        return dict(zip(names, native.list(asked, origin, count)))
 
     def compute_closest_points(
         self,
@@ -522,11 +520,10 @@ class Scene:
         threads: int,
     ) -> NDArray[Any]:
         """One number for each ray."""
-        flat, shape = leading(rays, 6, "rays")
+        asked, shape = rays_of(rays, tnear, tfar)
         given = out_of(out, kind, shape, [rays, tnear, tfar])
-        near, far = limit_of(tnear, shape, "tnear"), limit_of(tfar, shape, "tfar")
         native, origin = self._built()
-        return given.fill({"out": ask(native, flat, origin, near, far, threads).reshape(shape)})["out"]
+        return given.fill({"out": ask(native, asked, origin, threads).reshape(shape)})["out"]
 
     def _each_point(
         self, ask: Callable[..., NDArray[Any]], points: ArrayLike, out: NDArray[Any] | None, threads: int

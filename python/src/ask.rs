@@ -1,11 +1,11 @@
 //! Questions with one answer for each ray or point: in pieces, on all threads, each piece from question to arrays in one go, so
 //! that nothing travels to memory and back in between.
 
-use crate::arrays::{column, table, zeroed};
+use crate::arrays::{Answers, Array};
 use crate::pool::interruptible;
 use crate::rays::keep;
 use boxwood::{Hit, Nearest, Ray, Scene};
-use numpy::{PyArray1, PyArray2};
+use numpy::Element;
 use pyo3::prelude::*;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -18,27 +18,24 @@ pub(crate) const PIECE: usize = 1024;
 /// Points that one task answers: the core sorts them along a curve, and the more, the closer are neighbours.
 const POINTS: usize = 1 << 16;
 
-type Column<'py, T> = Bound<'py, PyArray1<T>>;
-type Table<'py, T> = Bound<'py, PyArray2<T>>;
-
 /// The answers to closest hits: t, geometry, primitive, weights, normal, whether there is one.
 pub(crate) type Cast<'py> = (
-    Column<'py, f32>,
-    Column<'py, u32>,
-    Column<'py, u32>,
-    Table<'py, f32>,
-    Table<'py, f32>,
-    Column<'py, bool>,
+    Array<'py, f32>,
+    Array<'py, u32>,
+    Array<'py, u32>,
+    Array<'py, f32>,
+    Array<'py, f32>,
+    Array<'py, bool>,
 );
 
 /// Nearest places: point, distance, geometry, primitive, weights, normal.
 pub(crate) type Closest<'py> = (
-    Table<'py, f32>,
-    Column<'py, f32>,
-    Column<'py, u32>,
-    Column<'py, u32>,
-    Table<'py, f32>,
-    Table<'py, f32>,
+    Array<'py, f32>,
+    Array<'py, f32>,
+    Array<'py, u32>,
+    Array<'py, u32>,
+    Array<'py, f32>,
+    Array<'py, f32>,
 );
 
 /// The closest hit of each ray.
@@ -49,64 +46,62 @@ pub(crate) fn closest_hits<'py>(
     threads: usize,
 ) -> PyResult<Cast<'py>> {
     let n = rays.len();
-    let (mut t, mut hit) = (zeroed(n)?, zeroed(n)?);
-    let (mut geoms, mut prims) = (zeroed(n)?, zeroed(n)?);
-    let (mut uvs, mut normals) = (zeroed(n)?, zeroed(n)?);
+    let (mut ts, mut is_hit) = (Answers::column(py, n)?, Answers::column(py, n)?);
+    let (mut geoms, mut prims) = (Answers::column(py, n)?, Answers::column(py, n)?);
+    let (mut uvs, mut normals) = (Answers::table(py, n, 2)?, Answers::table(py, n, 3)?);
+    let (t, hit) = (ts.numbers()?, is_hit.numbers()?);
+    let (geom, prim) = (geoms.numbers()?, prims.numbers()?);
+    let (uv, normal) = (uvs.rows()?, normals.rows()?);
     interruptible(py, threads, |cancel| {
         (
             rays.par_chunks(PIECE),
             t.par_chunks_mut(PIECE),
-            geoms.par_chunks_mut(PIECE),
-            prims.par_chunks_mut(PIECE),
-            uvs.par_chunks_mut(PIECE),
-            normals.par_chunks_mut(PIECE),
+            geom.par_chunks_mut(PIECE),
+            prim.par_chunks_mut(PIECE),
+            uv.par_chunks_mut(PIECE),
+            normal.par_chunks_mut(PIECE),
             hit.par_chunks_mut(PIECE),
         )
             .into_par_iter()
-            .for_each_init(
-                || vec![None; PIECE],
-                |hits, (rays, t, geoms, prims, uvs, normals, hit)| {
-                    if cancel.load(Ordering::Relaxed) {
-                        return;
-                    }
-                    let hits = &mut hits[..rays.len()];
-                    scene.closest_hits_fetching(rays, hits);
-                    for (i, found) in hits.iter().enumerate() {
-                        let Hit {
-                            t: at,
-                            u,
-                            v,
-                            prim,
-                            geom,
-                            ..
-                        } = found.unwrap_or(MISS);
-                        (t[i], geoms[i], prims[i], uvs[i]) = (at, geom, prim, [u, v]);
-                        hit[i] = found.is_some();
-                    }
-                    scene.unit_normals(geoms, prims, normals);
-                },
-            );
+            .for_each(|(rays, t, geoms, prims, uvs, normals, hit)| {
+                if cancel.load(Ordering::Relaxed) {
+                    return;
+                }
+                let hits = &mut [None; PIECE][..rays.len()];
+                scene.closest_hits_fetching(rays, hits);
+                t.fill(f32::INFINITY);
+                geoms.fill(NOTHING);
+                prims.fill(NOTHING);
+                for (i, found) in found(hits, hit) {
+                    (t[i], uvs[i]) = (found.t, [found.u, found.v]);
+                    (geoms[i], prims[i]) = (found.geom, found.prim);
+                }
+                scene.unit_normals(geoms, prims, normals);
+            });
     })?;
     keep(rays);
     Ok((
-        column(py, t),
-        column(py, geoms),
-        column(py, prims),
-        table(py, uvs)?,
-        table(py, normals)?,
-        column(py, hit),
+        ts.array(),
+        geoms.array(),
+        prims.array(),
+        uvs.array(),
+        normals.array(),
+        is_hit.array(),
     ))
 }
 
-/// As arrays say it.
-const MISS: Hit = Hit {
-    t: f32::INFINITY,
-    u: 0.0,
-    v: 0.0,
-    prim: NOTHING,
-    geom: NOTHING,
-    inst: Hit::NO_INSTANCE,
-};
+/// The hits that there are, each with the number of its ray in the piece; and whether each ray has one. Which ray hits cannot be
+/// guessed, so the numbers are gathered without a branch.
+fn found(hits: &[Option<Hit>], is_hit: &mut [bool]) -> impl Iterator<Item = (usize, Hit)> {
+    let (mut numbers, mut count) = ([0; PIECE], 0);
+    for (number, (hit, is_hit)) in hits.iter().zip(is_hit).enumerate() {
+        *is_hit = hit.is_some();
+        numbers[count] = number;
+        count += usize::from(*is_hit);
+    }
+    let numbers = numbers.into_iter().take(count);
+    numbers.filter_map(|number| hits[number].map(|hit| (number, hit)))
+}
 
 /// The nearest place of the surface for each point.
 pub(crate) fn closest_points<'py>(
@@ -116,18 +111,21 @@ pub(crate) fn closest_points<'py>(
     threads: usize,
 ) -> PyResult<Closest<'py>> {
     let n = points.len();
-    let (mut at, mut distances) = (zeroed(n)?, zeroed(n)?);
-    let (mut geoms, mut prims) = (zeroed(n)?, zeroed(n)?);
-    let (mut uvs, mut normals) = (zeroed(n)?, zeroed(n)?);
+    let (mut places, mut distances) = (Answers::table(py, n, 3)?, Answers::column(py, n)?);
+    let (mut geoms, mut prims) = (Answers::column(py, n)?, Answers::column(py, n)?);
+    let (mut uvs, mut normals) = (Answers::table(py, n, 2)?, Answers::table(py, n, 3)?);
+    let (at, distance) = (places.rows()?, distances.numbers()?);
+    let (geom, prim) = (geoms.numbers()?, prims.numbers()?);
+    let (uv, normal) = (uvs.rows()?, normals.rows()?);
     interruptible(py, threads, |cancel| {
         (
             points.par_chunks(POINTS),
             at.par_chunks_mut(POINTS),
-            distances.par_chunks_mut(POINTS),
-            geoms.par_chunks_mut(POINTS),
-            prims.par_chunks_mut(POINTS),
-            uvs.par_chunks_mut(POINTS),
-            normals.par_chunks_mut(POINTS),
+            distance.par_chunks_mut(POINTS),
+            geom.par_chunks_mut(POINTS),
+            prim.par_chunks_mut(POINTS),
+            uv.par_chunks_mut(POINTS),
+            normal.par_chunks_mut(POINTS),
         )
             .into_par_iter()
             .for_each(|(points, at, distances, geoms, prims, uvs, normals)| {
@@ -150,12 +148,12 @@ pub(crate) fn closest_points<'py>(
             });
     })?;
     Ok((
-        table(py, at)?,
-        column(py, distances),
-        column(py, geoms),
-        column(py, prims),
-        table(py, uvs)?,
-        table(py, normals)?,
+        places.array(),
+        distances.array(),
+        geoms.array(),
+        prims.array(),
+        uvs.array(),
+        normals.array(),
     ))
 }
 
@@ -165,9 +163,9 @@ pub(crate) fn each<'py, T>(
     rays: Vec<Ray>,
     threads: usize,
     ask: impl Fn(&[Ray], &mut [T]) + Sync,
-) -> PyResult<Column<'py, T>>
+) -> PyResult<Array<'py, T>>
 where
-    T: numpy::Element + bytemuck::Zeroable + Send,
+    T: Element + Send,
 {
     let answers = each_in(PIECE, py, &rays, threads, ask)?;
     keep(rays);
@@ -180,7 +178,7 @@ pub(crate) fn first<'py>(
     scene: &Scene,
     rays: Vec<Ray>,
     threads: usize,
-) -> PyResult<Column<'py, i64>> {
+) -> PyResult<Array<'py, i64>> {
     each(py, rays, threads, |rays, prims| {
         let hits = &mut [None; PIECE][..rays.len()];
         scene.closest_hits(rays, hits);
@@ -196,9 +194,9 @@ pub(crate) fn each_point<'py, T>(
     points: Vec<[f32; 3]>,
     threads: usize,
     ask: impl Fn(&[[f32; 3]], &mut [T]) + Sync,
-) -> PyResult<Column<'py, T>>
+) -> PyResult<Array<'py, T>>
 where
-    T: numpy::Element + bytemuck::Zeroable + Send,
+    T: Element + Send,
 {
     each_in(POINTS, py, &points, threads, ask)
 }
@@ -209,14 +207,15 @@ fn each_in<'py, Q, T>(
     questions: &[Q],
     threads: usize,
     ask: impl Fn(&[Q], &mut [T]) + Sync,
-) -> PyResult<Column<'py, T>>
+) -> PyResult<Array<'py, T>>
 where
     Q: Sync,
-    T: numpy::Element + bytemuck::Zeroable + Send,
+    T: Element + Send,
 {
-    let mut answers = zeroed(questions.len())?;
+    let mut answers = Answers::column(py, questions.len())?;
+    let numbers = answers.numbers()?;
     let in_pieces = |cancel: &AtomicBool| {
-        let pieces = (questions.par_chunks(piece), answers.par_chunks_mut(piece));
+        let pieces = (questions.par_chunks(piece), numbers.par_chunks_mut(piece));
         pieces.into_par_iter().for_each(|(questions, answers)| {
             if !cancel.load(Ordering::Relaxed) {
                 ask(questions, answers);
@@ -224,5 +223,5 @@ where
         });
     };
     interruptible(py, threads, in_pieces)?;
-    Ok(column(py, answers))
+    Ok(answers.array())
 }

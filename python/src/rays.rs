@@ -22,6 +22,10 @@ pub(crate) enum Limit<'py> {
     Each(PyReadonlyArray1<'py, f32>),
 }
 
+/// Rays: rows of origin and direction, least and greatest distance.
+#[derive(FromPyObject)]
+pub(crate) struct Asked<'py>(Table<'py>, Limit<'py>, Limit<'py>);
+
 /// What to subtract from coordinates before they become single precision.
 pub(crate) type Origin = [f64; 3];
 
@@ -71,22 +75,25 @@ impl Table<'_> {
         Ok(rows)
     }
 
-    /// Rays from rows of origin and direction.
-    pub(crate) fn rays(&self, origin: Origin, near: &Limit, far: &Limit) -> PyResult<Vec<Ray>> {
-        let rays = self.rows();
+    /// Points or vertices from rows.
+    pub(crate) fn points(&self, what: &str, origin: Origin) -> PyResult<Vec<[f32; 3]>> {
+        self.copied(what, origin, Vec::new(), |_, point| point)
+    }
+}
+
+impl Asked<'_> {
+    /// As the core takes them.
+    pub(crate) fn at(&self, origin: Origin) -> PyResult<Vec<Ray>> {
+        let Self(table, near, far) = self;
+        let rays = table.rows();
         let (near, far) = (near.read(rays, "tnear")?, far.read(rays, "tfar")?);
         let spare = std::mem::take(&mut *SPARE.lock().unwrap_or_else(PoisonError::into_inner));
-        self.copied("rays", origin, spare, |i, [ox, oy, oz, dx, dy, dz]| Ray {
+        table.copied("rays", origin, spare, |i, [ox, oy, oz, dx, dy, dz]| Ray {
             origin: [ox, oy, oz],
             t_min: near(i),
             dir: [dx, dy, dz],
             t_max: far(i),
         })
-    }
-
-    /// Points or vertices from rows.
-    pub(crate) fn points(&self, what: &str, origin: Origin) -> PyResult<Vec<[f32; 3]>> {
-        self.copied(what, origin, Vec::new(), |_, point| point)
     }
 }
 
@@ -97,7 +104,7 @@ static SPARE: Mutex<Vec<Ray>> = Mutex::new(Vec::new());
 /// Most rays to keep memory for: 32 MiB.
 const MOST_SPARE: usize = 1 << 20;
 
-/// Keeps the memory of rays for [`Table::rays`].
+/// Keeps the memory of rays for [`Asked::at`].
 pub(crate) fn keep(mut rays: Vec<Ray>) {
     if rays.capacity() <= MOST_SPARE {
         rays.clear();

@@ -1,9 +1,9 @@
 //! A scene and its questions.
 
-use crate::arrays::{column, rows, table};
+use crate::arrays::{Array, column, rows, table};
 use crate::ask;
 use crate::pool::interruptible;
-use crate::rays::{self, Limit, Origin};
+use crate::rays::{Asked, Origin, Table as Rows};
 use boxwood::build::PRESETS;
 use boxwood::{HitLists, Ray, Scene, SceneBuilder};
 use boxwood_host::FloatModes;
@@ -36,7 +36,7 @@ impl NativeScene {
     #[new]
     fn new(
         py: Python<'_>,
-        meshes: Vec<(rays::Table<'_>, PyReadonlyArray2<'_, u32>)>,
+        meshes: Vec<(Rows<'_>, PyReadonlyArray2<'_, u32>)>,
         origin: Origin,
         preset: &str,
         threads: usize,
@@ -81,13 +81,11 @@ impl NativeScene {
     fn cast<'py>(
         &self,
         py: Python<'py>,
-        rays: rays::Table<'py>,
+        rays: Asked<'py>,
         origin: Origin,
-        near: Limit<'py>,
-        far: Limit<'py>,
         threads: usize,
     ) -> PyResult<ask::Cast<'py>> {
-        let rays = rays.rays(origin, &near, &far)?;
+        let rays = rays.at(origin)?;
         ask::closest_hits(py, &self.0, rays, threads)
     }
 
@@ -95,13 +93,11 @@ impl NativeScene {
     fn occluded<'py>(
         &self,
         py: Python<'py>,
-        rays: rays::Table<'py>,
+        rays: Asked<'py>,
         origin: Origin,
-        near: Limit<'py>,
-        far: Limit<'py>,
         threads: usize,
-    ) -> PyResult<Column<'py, bool>> {
-        let rays = rays.rays(origin, &near, &far)?;
+    ) -> PyResult<Array<'py, bool>> {
+        let rays = rays.at(origin)?;
         ask::each(py, rays, threads, |rays, occluded| {
             self.0.occluded_each(rays, occluded);
         })
@@ -111,26 +107,22 @@ impl NativeScene {
     fn first<'py>(
         &self,
         py: Python<'py>,
-        rays: rays::Table<'py>,
+        rays: Asked<'py>,
         origin: Origin,
-        near: Limit<'py>,
-        far: Limit<'py>,
         threads: usize,
-    ) -> PyResult<Column<'py, i64>> {
-        ask::first(py, &self.0, rays.rays(origin, &near, &far)?, threads)
+    ) -> PyResult<Array<'py, i64>> {
+        ask::first(py, &self.0, rays.at(origin)?, threads)
     }
 
     /// All hits of each ray, nearest first.
     fn list<'py>(
         &self,
         py: Python<'py>,
-        rays: rays::Table<'py>,
+        rays: Asked<'py>,
         origin: Origin,
-        near: Limit<'py>,
-        far: Limit<'py>,
         threads: usize,
     ) -> PyResult<Listed<'py>> {
-        let rays = rays.rays(origin, &near, &far)?;
+        let rays = rays.at(origin)?;
         let HitLists { splits, hits } = interruptible(py, threads, |_| self.0.list_hits(&rays))?;
         let lengths = splits.windows(2).map(|ends| ends[1] - ends[0]);
         let mut ids = Vec::with_capacity(hits.len());
@@ -151,13 +143,11 @@ impl NativeScene {
     fn count<'py>(
         &self,
         py: Python<'py>,
-        rays: rays::Table<'py>,
+        rays: Asked<'py>,
         origin: Origin,
-        near: Limit<'py>,
-        far: Limit<'py>,
         threads: usize,
-    ) -> PyResult<Column<'py, i64>> {
-        let rays = rays.rays(origin, &near, &far)?;
+    ) -> PyResult<Array<'py, i64>> {
+        let rays = rays.at(origin)?;
         ask::each(py, rays, threads, |rays, counts: &mut [i64]| {
             let numbers = &mut [0; ask::PIECE][..rays.len()];
             self.0.count_hits(rays, numbers);
@@ -171,7 +161,7 @@ impl NativeScene {
     fn nearest<'py>(
         &self,
         py: Python<'py>,
-        points: rays::Table<'py>,
+        points: Rows<'py>,
         origin: Origin,
         threads: usize,
     ) -> PyResult<ask::Closest<'py>> {
@@ -182,10 +172,10 @@ impl NativeScene {
     fn signed<'py>(
         &self,
         py: Python<'py>,
-        points: rays::Table<'py>,
+        points: Rows<'py>,
         origin: Origin,
         threads: usize,
-    ) -> PyResult<Column<'py, f32>> {
+    ) -> PyResult<Array<'py, f32>> {
         ask::each_point(
             py,
             points.points("points", origin)?,
@@ -200,10 +190,10 @@ impl NativeScene {
     fn inside<'py>(
         &self,
         py: Python<'py>,
-        points: rays::Table<'py>,
+        points: Rows<'py>,
         origin: Origin,
         threads: usize,
-    ) -> PyResult<Column<'py, bool>> {
+    ) -> PyResult<Array<'py, bool>> {
         ask::each_point(
             py,
             points.points("points", origin)?,
