@@ -13,9 +13,17 @@ pub(crate) fn home() -> PathBuf {
 /// `cargo xtask c-header [--check]`: makes the header of the sources, or compares with it.
 pub(crate) fn header(args: &[String]) -> Result<()> {
     let mut make = command("cargo", &["run", "--quiet", "--package", "xtask"]);
-    make.args(["--features", "header", "--bin", "c-header", "--"])
-        .arg(home())
-        .args(args);
+    make.args([
+        "--profile",
+        "tool",
+        "--features",
+        "header",
+        "--bin",
+        "c-header",
+        "--",
+    ])
+    .arg(home())
+    .args(args);
     step("the C header", make)
 }
 

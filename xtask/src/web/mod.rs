@@ -5,7 +5,7 @@ mod toolchain;
 
 use crate::shell::{command, root, step, target};
 use anyhow::Result;
-use std::{panic::resume_unwind, path::PathBuf, thread};
+use std::{panic::resume_unwind, path::PathBuf, process::Command, thread};
 use toolchain::Toolchain;
 
 pub(crate) use test::run as test;
@@ -67,25 +67,41 @@ pub(crate) fn run(_: &[String]) -> Result<()> {
 /// Compiles all forms and packs them with the files of `web/`.
 fn build(toolchain: &Toolchain) -> Result<()> {
     draw_stills()?;
-    let mut pack = command("cargo", &["run", "--quiet", "--package", "xtask"]);
-    pack.args(["--features", "pack", "--bin", "web-pack", "--"]);
-    pack.args([
+    let mut pack = packer("run");
+    pack.arg("--").args([
         root().join("web"),
         stills(),
         page(),
         page().with_file_name("boxwood-web.zip"),
     ]);
-    // Each form ends in one long pass of one thread.
-    let compiled = thread::scope(|scope| {
-        let folders = FOLDERS.map(|folder| scope.spawn(move || compile(toolchain, &folder)));
-        folders.map(|folder| folder.join().unwrap_or_else(|panic| resume_unwind(panic)))
+    // Each form ends in one long pass of one thread, so the folders are compiled side by side; the first is ready long before
+    // the second, and leaves its core to the packer.
+    let (simd, ready, plain) = thread::scope(|scope| {
+        let [simd, plain] = FOLDERS.map(|folder| scope.spawn(move || compile(toolchain, &folder)));
+        let simd = simd.join().unwrap_or_else(|panic| resume_unwind(panic));
+        let ready = step("the packer", packer("build"));
+        let plain = plain.join().unwrap_or_else(|panic| resume_unwind(panic));
+        (simd, ready, plain)
     });
-    for forms in compiled {
-        for (name, wasm) in forms? {
-            pack.arg(wasm).arg(name);
-        }
+    ready?;
+    for (name, wasm) in simd?.into_iter().chain(plain?) {
+        pack.arg(wasm).arg(name);
     }
     step("the page", pack)
+}
+
+/// What writes the page's folder: `src/bin/web_pack.rs`, to be built or run.
+fn packer(verb: &str) -> Command {
+    let mut cargo = command("cargo", &[verb, "--quiet", "--package", "xtask"]);
+    cargo.args([
+        "--profile",
+        "tool",
+        "--features",
+        "pack",
+        "--bin",
+        "web-pack",
+    ]);
+    cargo
 }
 
 /// Compiles the forms of a folder, one after the other; returns their names and files.
