@@ -17,11 +17,11 @@ struct Folder {
     forms: &'static [Form],
 }
 
-/// A WebAssembly of the page: the feature of `boxwood-web` that it is, and the compiler's level.
+/// A WebAssembly of the page: the feature of `boxwood-web` that it is, and the crates that are to be fast rather than small.
 struct Form {
     name: &'static str,
     feature: &'static str,
-    opt_level: &'static str,
+    fast: &'static [&'static str],
 }
 
 /// What the figures ask is there twice: the page takes the first that the browser can run.
@@ -32,7 +32,7 @@ const FOLDERS: [Folder; 2] = [
         forms: &[Form {
             name: "simd",
             feature: "lab",
-            opt_level: "3",
+            fast: &["boxwood", "boxwood-render"],
         }],
     },
     Folder {
@@ -42,13 +42,13 @@ const FOLDERS: [Folder; 2] = [
             Form {
                 name: "files",
                 feature: "files",
-                opt_level: "s",
+                fast: &[],
             },
             // For old browsers, that read it once and run it slowly anyway: small.
             Form {
                 name: "plain",
                 feature: "lab",
-                opt_level: "s",
+                fast: &[],
             },
         ],
     },
@@ -115,8 +115,11 @@ fn compile(toolchain: &Toolchain, folder: &Folder) -> Result<Vec<(&'static str, 
             .args(["--target", toolchain::TARGET, "--target-dir"])
             .arg(&path)
             .args(toolchain.standard_library())
-            .env("RUSTFLAGS", folder.flags)
-            .env("CARGO_PROFILE_WEB_OPT_LEVEL", form.opt_level);
+            .env("RUSTFLAGS", folder.flags);
+        for name in form.fast {
+            let level = format!("profile.web.package.{name}.opt-level=3");
+            cargo.args(["--config", &level]);
+        }
         step(&format!("boxwood-web, {}", form.name), cargo)?;
         // The next form of the folder has the same file.
         let wasm = path.join(form.name).with_extension("wasm");
