@@ -8,9 +8,25 @@
 array([1.], dtype=float32)
 """
 
+import importlib
+from typing import Any
+
 from ._native import __version__
 from .picture import Picture
 from .scene import INVALID_ID, Scene
 from .studio import SHADINGS
 
 __all__ = ["INVALID_ID", "SHADINGS", "Picture", "Scene", "__version__"]
+
+#: Loaded when they are first named: not everybody needs them, and some need other packages.
+_PARTS = ("cluster", "dask", "jobs", "trimesh")
+
+
+def __getattr__(name: str) -> Any:
+    if name in _PARTS:
+        return importlib.import_module(f".{name}", __name__)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted([*__all__, *_PARTS])

@@ -40,6 +40,10 @@ __all__ = ["BlocksFailed", "ClusterLost", "JobRefused", "Report", "SceneMismatch
 __all__ += QUESTIONS
 
 
+def __dir__() -> list[str]:
+    return sorted(__all__)
+
+
 class Lazy(Protocol):
     """A question for dask arrays."""
 

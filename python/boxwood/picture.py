@@ -39,7 +39,8 @@ class Picture:
 
     @property
     def depth(self) -> NDArray[np.float32]:
-        """(h, w) float32: the distance from the eye along the ray through the pixel's centre, inf where nothing is hit."""
+        """(h, w) float32: the distance from the eye along the ray through the pixel's centre, inf where nothing is hit. The depth
+        along the camera's axis, as depth cameras have it, is :func:`boxwood.jobs.depth_image`."""
         return self._native.depth().reshape(self.shape)
 
     @property

@@ -23,13 +23,17 @@ class RayMeshIntersector:
     Parameters
     ----------
     geometry : trimesh.Trimesh
-        Its vertices and faces are read at the first question, and again when they have changed since.
+        Its vertices and faces are read at the first question, and again when they have changed since. A copy of the mesh has
+        trimesh's own ray again.
     scale_to_box, **options
         ``scale_to_box`` is for who comes from trimesh's Embree: exact answers need no scale. Others go to
         :class:`boxwood.Scene`.
     """
 
     def __init__(self, geometry: Any, scale_to_box: bool = True, **options: Any) -> None:
+        if not (hasattr(geometry, "vertices") and hasattr(geometry, "faces")):
+            several = ": scene.to_mesh() makes one of it" if hasattr(geometry, "geometry") else ""
+            raise TypeError(f"give a trimesh.Trimesh, not {type(geometry).__name__}{several}")
         self.mesh = geometry
         self._options = options
         self._read: tuple[Any, Scene] | None = None

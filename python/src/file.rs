@@ -98,10 +98,13 @@ impl NativeScene {
     }
 }
 
-/// What the system refuses is an `OSError` of its kind, everything else a `ValueError`.
+/// What the system refuses is an `OSError` of its kind, everything else a `ValueError`; calls are named as in Python.
 fn raised(error: FileError) -> PyErr {
-    let text = error.to_string();
+    let text = error.to_string().replace("Scene::", "Scene.");
     match error.cause {
+        FileCause::NoScene => {
+            PyValueError::new_err(format!("{text}; a model is read by `Scene.load`"))
+        }
         FileCause::System { kind, .. } => std::io::Error::new(kind, text).into(),
         _ => PyValueError::new_err(text),
     }

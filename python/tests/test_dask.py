@@ -3,6 +3,7 @@
 import json
 import os
 import signal
+import socket
 import subprocess
 import sys
 import threading
@@ -104,15 +105,21 @@ def test_rays_keep_their_leading_shape_and_arguments_count(scene, ref, rays):
     assert boxwood.dask.cast_rays(ref, image)["primitive_normals"].compute().shape == (20, 30, 3)
 
 
-def test_what_cannot_be_asked_is_said_at_once(ref, few, rays, tmp_path):
+def test_what_cannot_be_asked_is_said_at_once(scene, ref, few, rays, tmp_path):
     with pytest.raises(TypeError, match="da.from_array"):
         boxwood.dask.cast_rays(ref, rays)
     with pytest.raises(ValueError, match=r"rays must have the shape \(..., 6\), not \(5000, 3\)"):
         boxwood.dask.cast_rays(ref, few[:, :3])
     with pytest.raises(TypeError, match="rays must be numbers"):
         boxwood.dask.cast_rays(ref, few.astype(bool))
+    with pytest.raises(ValueError, match="the questions about such are compute_closest_points, compute_distance"):
+        boxwood.dask.cast_rays(ref, few[:, :3])
     with pytest.raises(TypeError, match="compute_distance takes no 'tnear'"):
         boxwood.dask.compute_distance(ref, few[:, :3], tnear=1)
+    with pytest.raises(TypeError, match=r"cast_rays takes no 'fields'.* tnear and tfar; .*run_rays\(..., fields=...\)"):
+        boxwood.dask.cast_rays(ref, few, fields=["t_hit"])
+    with pytest.raises(TypeError, match="SceneRef.save"):
+        boxwood.dask.cast_rays(scene, few)
     with pytest.raises(ValueError, match="not with 'colour'"):
         boxwood.dask.run_rays(ref, few, tmp_path, fields=["colour"])
     with pytest.raises(ValueError, match="none of the questions"):
@@ -462,6 +469,27 @@ def test_the_command_line_on_a_scheduler(cluster, ref, scene, tmp_path):
     assert (tmp_path / "film/frames/0001.png").read_bytes() == scene.render((48, 32), eye=[0, 2, 5], target=[0, 1, 0]).png()
 
 
+@pytest.fixture
+def silence():
+    """An address where a connection is taken and nothing is ever said."""
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        yield f"tcp://127.0.0.1:{server.getsockname()[1]}"
+
+
+def test_a_scheduler_that_is_not_there_is_waited_for(ref, file, silence, tmp_path):
+    command = ("rays", ref.path, file, "--out", tmp_path / "job", "--scheduler", silence, "--patience")
+    code, out, told = ended(run(*command, 2), 30)
+    waits, error = told.splitlines()
+    assert (code, out) == (2, "")
+    assert waits == f"waiting for a scheduler at {silence}, 2 s at most"
+    assert error.startswith(f"error: no scheduler answers at {silence}: ")
+
+    process = run(*command, 300)
+    assert process.stderr.readline().startswith("waiting")
+    process.send_signal(signal.SIGTERM)
+    assert ended(process, 10) == (4, "", "error: interrupted\n")
+
+
 def test_the_exit_codes(ref, rays, tmp_path, capsys):
     small = tmp_path / "rays.npy"
     np.save(small, rays[:3_000])
@@ -480,10 +508,14 @@ def test_the_exit_codes(ref, rays, tmp_path, capsys):
     assert main([*command, "--question", "test_occlusions"]) == 3
     assert "question was 'cast_rays', is 'test_occlusions' now" in capsys.readouterr().err
     (tmp_path / "torn.npy").write_bytes(small.read_bytes()[:-9])
+    np.save(tmp_path / "points.npy", rays[:9, :3])
+    np.save(tmp_path / "image.npy", rays[:48].reshape(6, 8, 6))
     for wrong, code, why in [
         (["rays", "missing.bwx", str(small), "--out", str(tmp_path / "a"), *here], 3, "missing.bwx"),
         (["rays", ref.path, "missing.npy", "--out", str(tmp_path / "a"), *here], 3, "missing.npy"),
         (["rays", ref.path, str(tmp_path / "torn.npy"), "--out", str(tmp_path / "a"), *here], 3, "not an .npy file of numbers"),
+        (["rays", ref.path, str(tmp_path / "points.npy"), "--out", str(tmp_path / "a"), *here], 3, "about such are compute_closest"),
+        (["rays", ref.path, str(tmp_path / "image.npy"), "--out", str(tmp_path / "a"), *here], 3, "save array.reshape(-1, 6)"),
         (["rays", ref.path, str(small), "--out", str(tmp_path / "a"), "--resume", *here], 2, "no job to go on with"),
         (["rays", ref.path, str(small), "--out", str(tmp_path / "a"), "--fields", "colour", *here], 2, "not with 'colour'"),
         (["rays", ref.path, str(small), "--out", "/dev/null/a", *here], 2, "/dev/null"),

@@ -164,7 +164,7 @@ def test_what_is_wrong_is_said(scene, tmp_path):
     with pytest.raises(FileNotFoundError, match="missing.bwx"):
         boxwood.Scene.open(tmp_path / "missing.bwx")
     (tmp_path / "text.bwx").write_text("v 1 2 3")
-    with pytest.raises(ValueError, match="text.bwx: is no saved scene"):
+    with pytest.raises(ValueError, match=r"text.bwx: is no saved scene .*`Scene.save`.*`Scene.load`"):
         boxwood.Scene.open(tmp_path / "text.bwx")
     content = bytearray(pickle_bytes(scene))
     for cut in (0, 3, 64, len(content) - 1):

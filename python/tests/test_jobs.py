@@ -192,6 +192,41 @@ def test_what_makes_no_sense_is_told(call):
         call()
 
 
+@pytest.mark.parametrize(
+    ("call", "told"),
+    [
+        (lambda: jobs.lidar_scan(room(), np.eye(4), range_noise=-1), "range_noise"),
+        (lambda: jobs.lidar_scan(room(), np.eye(4), reflectivity=5), "reflectivity"),
+        (lambda: jobs.lidar_scan(room(), np.eye(4), max_range=np.nan), "max_range"),
+        (lambda: jobs.lidar_scan(room(), np.eye(4), min_range=3, max_range=2), "min_range"),
+        (lambda: jobs.lidar_scan(room(), np.eye(4), min_range=-1), "min_range"),
+        (lambda: jobs.Spinning(beams=0), "beams must be 1 or more"),
+        (lambda: jobs.ambient_occlusion(room(), np.zeros((3, 3)), np.zeros((2, 3))), r"points \(3, 3\) and normals \(2, 3\)"),
+        (lambda: jobs.line_of_sight(room(), [0, 0, 0], [1, 1]), r"b must have the shape \(..., 3\)"),
+        (lambda: jobs.ambient_occlusion("bunny.obj", [0, 0, 0], [0, 0, 1]), "boxwood.Scene.load"),
+        (lambda: jobs.depth_image("bunny.obj"), "not str"),
+        (lambda: jobs.viewshed(np.zeros((3, 3)), (1.5, 0)), r"two whole numbers, not \(1.5, 0\)"),
+        (lambda: jobs.viewshed(np.zeros((3, 3)), 4), "row and the column"),
+    ],
+)
+def test_what_is_wrong_is_named(call, told):
+    with pytest.raises((ValueError, TypeError), match=told):
+        call()
+
+
+def test_noise_makes_no_range_negative():
+    scan = jobs.lidar_scan(room(), [[1, 0, 0, 1], [0, 1, 0, 1], [0, 0, 1, 0.1], [0, 0, 0, 1]], range_noise=5.0)
+    assert scan["ranges"].min() == 0
+
+
+def test_an_upright_lidar_where_y_is_up():
+    scene = boxwood.Scene()
+    scene.add_triangles([[-9, 0, -9], [9, 0, -9], [-9, 0, 9], [9, 0, 9]], FLAT)
+    pose = [[1, 0, 0, 1], [0, 0, 1, 2], [0, -1, 0, 3], [0, 0, 0, 1]]
+    scan = jobs.lidar_scan(scene, pose, jobs.Spinning(beams=1, lowest_deg=-45, azimuths=8))
+    np.testing.assert_allclose(scan["ranges"], 2 * np.sqrt(2), rtol=1e-6)
+
+
 def test_grids_without_cells_and_scenes_without_triangles():
     assert jobs.sky_view_factor(np.zeros((0, 5))).shape == (0, 5)
     assert jobs.sky_view_factor(np.zeros((1, 1))).tolist() == [[1.0]]

@@ -35,6 +35,13 @@ def test_places_rays_and_triangles_belong_together(ball):
     assert len(first) == 5 and (first[:, 2] < 0).all()
 
 
+def test_a_scene_of_meshes_is_refused_with_a_remedy(ball):
+    with pytest.raises(TypeError, match="to_mesh"):
+        RayMeshIntersector(trimesh.Scene(ball))
+    with pytest.raises(TypeError, match="not str"):
+        RayMeshIntersector("ball.obj")
+
+
 def test_first_and_any(ball):
     origins, directions = [[0, 0.1, -3], [0, 5, -3]], [[0, 0, 1], [0, 0, 1]]
     first = ball.ray.intersects_first(origins, directions)

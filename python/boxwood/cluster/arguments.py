@@ -89,7 +89,7 @@ def _add_job(command: argparse.ArgumentParser) -> None:
     )
     where.add_argument("--threads", type=_count, metavar="N", help="of each task [1; with --workers 0 all]")
     where.add_argument(
-        "--patience", type=float, default=300.0, metavar="S", help="how long to wait while there is no worker [300]"
+        "--patience", type=_seconds, default=300.0, metavar="S", help="how long to wait for a scheduler, or a worker [300]"
     )
     command.add_argument(
         "--retries", type=_count_or_none, default=3, metavar="N", help="how often a block that fails is tried again [3]"
@@ -133,6 +133,13 @@ def _count(text: str) -> int:
     number = int(text)
     if number < 1:
         raise argparse.ArgumentTypeError("must be at least 1")
+    return number
+
+
+def _seconds(text: str) -> float:
+    number = float(text)
+    if not 0 <= number < float("inf"):
+        raise argparse.ArgumentTypeError("must be a number of seconds")
     return number
 
 

@@ -21,10 +21,9 @@ from .errors import BlocksFailed, ClusterLost, JobRefused, SceneMismatch
 from .folder import JobFolder, holds
 from .interrupts import Interrupts
 from .jobs import ask_file, render
-from .pool import Cluster, InProcess, Pool
+from .pool import Cluster, InProcess, Pool, await_scheduler
 from .progress import teller
-from .questions import check_rows
-from .rays import rows_file
+from .rays import table_file
 from .reference import SceneRef, is_url
 from .render import CAMERA, LOOKS
 from .run import Report
@@ -53,7 +52,8 @@ def main(arguments: list[str] | None = None) -> int:
         except Trouble as trouble:
             return _error(trouble.code, trouble)
         except KeyboardInterrupt:
-            return _error(INTERRUPTED, "interrupted; what is done is saved, the same command goes on")
+            begun = JobFolder(options.out).exists()
+            return _error(INTERRUPTED, "interrupted" + "; what is done is saved, the same command goes on" * begun)
         except BlocksFailed as error:
             for index, told in sorted(error.report.failed.items()):
                 print(f"block {index} failed: {told}", file=sys.stderr)
@@ -69,8 +69,7 @@ def main(arguments: list[str] | None = None) -> int:
 def run_rays(options: argparse.Namespace) -> int:
     """The command ``rays``."""
     try:
-        array = rows_file(options.rays)
-        check_rows(options.question, array.shape, array.dtype)
+        table_file(options.rays, options.question)
     except (OSError, ValueError, TypeError) as error:
         raise Trouble(INPUT, error if options.rays in str(error) else f"{options.rays}: {error}") from None
     fields = options.fields.split(",") if options.fields else None
@@ -112,7 +111,7 @@ def run_status(options: argparse.Namespace) -> int:
         told = {"kind": job["kind"], "blocks": job["blocks"], "done": whole, "failed": failed, "damaged": damaged}
         _json(options, {**told, "counts": counts, "seconds": seconds})
     else:
-        print(f"{job['kind']}: {whole} of {job['blocks']} blocks, {_listed(counts)}{seconds:.1f} s of work")
+        print(f"{job['kind']}: {whole} of {_counted(job['blocks'], 'blocks')}, {_listed(counts)}{seconds:.1f} s of work")
         for index, why in failed.items():
             print(f"block {index} failed: {why}")
         for index in damaged:
@@ -157,7 +156,11 @@ def _pool(options: argparse.Namespace) -> Iterator[Pool]:
     with contextlib.ExitStack() as stack:
         address = options.scheduler or stack.enter_context(_own_cluster(options.workers or 1))
         try:
+            if options.scheduler:
+                await_scheduler(address, options.patience, lambda told: print(told, file=sys.stderr))
             client = stack.enter_context(Client(address, timeout=30, set_as_default=False))
+            if not client.ncores():
+                print(f"{address} has no workers yet: waiting for one, {options.patience:g} s at most", file=sys.stderr)
         except (OSError, TimeoutError, ValueError) as error:
             raise Trouble(USAGE, f"no scheduler answers at {address}: {error}") from None
         yield Cluster(client, options.patience)
@@ -193,8 +196,8 @@ def _told(options: argparse.Namespace, report: Report) -> int:
     if options.json:
         _json(options, vars(report))
     else:
-        kept = f" ({report.kept} were there)" if report.kept else ""
-        print(f"{report.folder}: {report.done} blocks{kept}, {_listed(report.counts)}{report.seconds:.1f} s")
+        kept = f" ({report.kept} {'was' if report.kept == 1 else 'were'} there)" if report.kept else ""
+        print(f"{report.folder}: {_counted(report.done, 'blocks')}{kept}, {_listed(report.counts)}{report.seconds:.1f} s")
     return OK
 
 
@@ -203,7 +206,11 @@ def _json(options: argparse.Namespace, body: dict[str, Any]) -> None:
 
 
 def _listed(counts: dict[str, int]) -> str:
-    return "".join(f"{count:,} {name}, " for name, count in counts.items())
+    return "".join(f"{_counted(count, name)}, " for name, count in counts.items())
+
+
+def _counted(count: int, name: str) -> str:
+    return f"{count:,} {name.removesuffix('s') if count == 1 else name}"
 
 
 def _cameras(path: str) -> list[dict[str, Any]]:

@@ -8,9 +8,10 @@ from typing import Any, Iterable, Mapping, Sequence
 
 import numpy as np
 
+from ..scene import Scene
 from .pool import Pool
-from .questions import check_rows, numbers_of, question_of
-from .rays import RaysWork, even_starts, rows_file
+from .questions import numbers_of, question_of
+from .rays import RaysWork, even_starts, table_file
 from .reference import SceneRef
 from .render import RenderWork
 from .run import Report, run
@@ -34,10 +35,7 @@ def ask_file(
 ) -> Report:
     """Asks a question for every row of an ``.npy`` file that all workers see; `running` is for :func:`run`."""
     path = os.path.abspath(os.fspath(path))
-    array = rows_file(path)
-    check_rows(question, array.shape, array.dtype)
-    if array.ndim != 2:
-        raise ValueError(f"{path}: rows must be an array of two axes, not of the shape {array.shape}")
+    array = table_file(path, question)
     work = RaysWork(
         ref,
         question,
@@ -88,6 +86,8 @@ def render(
 
 def reference_of(ref: SceneRef | Path) -> SceneRef:
     """`ref`, or a reference to the file at a path."""
+    if isinstance(ref, Scene):
+        raise TypeError("give a reference that workers can open: SceneRef.save(scene, path), with a path that all of them see")
     return ref if isinstance(ref, SceneRef) else SceneRef.of(ref)
 
 

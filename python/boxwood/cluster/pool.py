@@ -137,6 +137,46 @@ class Cluster:
             self._client.cancel(futures)
 
 
+def await_scheduler(address: str, patience: float, tell: Callable[[str], object]) -> None:
+    """Returns when a scheduler answers at `address`; after a second `tell` hears that it is waited for.
+
+    A client that finds none takes as long again to end, and an interrupt meanwhile leaves it half made; so it is made afterwards.
+
+    Raises
+    ------
+    OSError
+        If none answers for `patience` seconds.
+    """
+    import asyncio
+
+    from distributed.comm import connect
+    from distributed.security import Security
+
+    async def knock(seconds: float) -> None:
+        knocking = connect(address, timeout=seconds, **Security().get_connection_args("client"))
+        try:
+            # Its own limit does not hold for what takes the connection and is silent.
+            comm = await asyncio.wait_for(knocking, seconds + 0.1)
+        except asyncio.TimeoutError:
+            raise TimeoutError(f"no word for {seconds:g} s") from None
+        except MemoryError:
+            # It takes another protocol's first letters for a length.
+            raise OSError("what answers there is no Dask scheduler") from None
+        await comm.close()
+
+    async def knock_again() -> None:
+        at_once = min(1.0, patience)
+        try:
+            await knock(at_once)
+        except OSError:
+            if patience <= at_once:
+                raise
+            tell(f"waiting for a scheduler at {address}, {patience:g} s at most")
+            await knock(patience - at_once)
+
+    asyncio.run(knock_again())
+
+
 def was_killed(outcome: Any) -> bool:
     """True if a block failed because its workers died: perhaps by another block's fault."""
     return type(outcome).__name__ == "KilledWorker"

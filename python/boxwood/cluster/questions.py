@@ -52,6 +52,10 @@ QUESTIONS = {
 }
 
 
+#: What users of :func:`boxwood.dask.run_rays` try on the lazy questions.
+_REMEDY = {"fields": "; of a lazy answer use the fields you want, and run_rays(..., fields=...) writes but some"}
+
+
 def question_of(name: str) -> Question:
     """The line of the table."""
     if name not in QUESTIONS:
@@ -75,12 +79,20 @@ def check_rows(name: str, shape: tuple[int, ...], dtype: Any) -> None:
     if np.dtype(dtype).kind not in "fiu":
         raise TypeError(f"{what} must be numbers, not {dtype}")
     if not shape or shape[-1] != columns:
-        raise ValueError(f"{what} must have the shape (..., {columns}), not {tuple(shape)}")
+        raise ValueError(f"{what} must have the shape (..., {columns}), not {tuple(shape)}{_other_question(name, shape)}")
+
+
+def _other_question(name: str, shape: tuple[int, ...]) -> str:
+    """What to say to points for a question about rays, or rays for one about points."""
+    fitting = [other for other, question in QUESTIONS.items() if shape and question.columns == shape[-1]]
+    return f"; the questions about such are {', '.join(fitting)}" if fitting else ""
 
 
 def numbers_of(name: str, arguments: Mapping[str, Any]) -> dict[str, float]:
     """What else is said, as numbers; raises on what the question does not take."""
     for argument in arguments:
         if argument not in question_of(name).arguments:
-            raise TypeError(f"{name} takes no {argument!r}")
+            known = question_of(name).arguments
+            takes = f"beside threads it takes {' and '.join(known)}" if known else "it takes nothing but threads"
+            raise TypeError(f"{name} takes no {argument!r}: {takes}{_REMEDY.get(argument, '')}")
     return {argument: float(value) for argument, value in arguments.items()}

@@ -113,6 +113,19 @@ def rows_file(path: str | os.PathLike[str]) -> NDArray[Any]:
     return array
 
 
+def table_file(path: str | os.PathLike[str], question: str) -> NDArray[Any]:
+    """The array of an ``.npy`` file, if it has the two axes and the columns of what a question is about."""
+    array = rows_file(path)
+    try:
+        check_rows(question, array.shape, array.dtype)
+        if array.ndim != 2:
+            columns = array.shape[-1]
+            raise ValueError(f"rows must be an array (N, {columns}), not {array.shape}: save array.reshape(-1, {columns})")
+    except (ValueError, TypeError) as error:
+        raise type(error)(f"{path}: {error}") from None
+    return array
+
+
 def starts_of(rows: dict[str, Any]) -> tuple[int, ...]:
     """The blocks' first rows, from what an identity tells of the rays."""
     return tuple(rows["starts"]) if "starts" in rows else even_starts(rows["count"], rows["block"])

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..camera import pinhole
 from ..scene import Scene
-from .sampling import count_of
+from .arguments import count_of, scene_of
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -36,13 +36,15 @@ def depth_image(
     eye, target, up, fov_deg
         As for :meth:`boxwood.Scene.render`, with the vertical field of view; what is not said is found as there.
     kind : {"depth", "distance"}
-        ``depth``: along the axis of the camera, as depth cameras and z-buffers have it. ``distance``: along the pixel's own ray.
+        ``depth``: along the axis of the camera, as depth cameras and z-buffers have it. ``distance``: along the pixel's own ray,
+        as in :attr:`boxwood.Picture.depth`.
 
     Returns
     -------
     array (height, width) of float32
         In the unit of the scene, inf where nothing is hit; row 0 on top.
     """
+    scene_of(scene)
     if kind not in ("depth", "distance"):
         raise ValueError(f"kind must be 'depth' or 'distance', not {kind!r}")
     width, height = (count_of(number, "size") for number in size)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..scene import Scene
-from .sampling import count_of
+from .arguments import count_of, scene_of
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -41,11 +41,14 @@ class Spinning:
     from_deg: float = 0.0
     to_deg: float = 360.0
 
+    def __post_init__(self) -> None:
+        count_of(self.beams, "beams")
+        count_of(self.azimuths, "azimuths")
+
     def directions(self) -> NDArray[np.float64]:
         """Unit directions in the sensor's frame, (azimuths, beams, 3)."""
-        beams, azimuths = count_of(self.beams, "beams"), count_of(self.azimuths, "azimuths")
-        turn = np.radians(np.linspace(self.from_deg, self.to_deg, azimuths, endpoint=False))[:, None]
-        rise = np.radians(np.linspace(self.lowest_deg, self.highest_deg, beams))[None, :]
+        turn = np.radians(np.linspace(self.from_deg, self.to_deg, self.azimuths, endpoint=False))[:, None]
+        rise = np.radians(np.linspace(self.lowest_deg, self.highest_deg, self.beams))[None, :]
         parts = [np.cos(rise) * np.cos(turn), np.cos(rise) * np.sin(turn), np.sin(rise) + 0 * turn]
         return np.stack(parts, axis=-1)
 
@@ -67,13 +70,15 @@ def lidar_scan(
     Parameters
     ----------
     poses : array (4, 4) or (..., 4, 4)
-        Where the sensor stands and how it is turned: rigid matrices world_from_sensor, in the unit of the scene.
+        Where the sensor stands and how it is turned: rigid matrices world_from_sensor, in the unit of the scene. The head spins
+        about the sensor's z axis: ``np.eye(4)`` is upright where z is up; where y is up, as in most models,
+        ``[[1, 0, 0, x], [0, 0, 1, y], [0, -1, 0, z], [0, 0, 0, 1]]`` stands upright at (x, y, z).
     pattern : Spinning, or array (..., 3)
         Directions of the beams in the sensor's frame.
     min_range, max_range : float
         Hits outside are not measured.
     range_noise : float
-        Standard deviation of a normal error added to each range.
+        Standard deviation of a normal error added to each range; none is measured below zero.
     reflectivity : float
         Of all surfaces, 0 to 1.
     seed : int
@@ -88,6 +93,13 @@ def lidar_scan(
         Sensors 15, 2015); ``geometry_ids`` and ``primitive_ids`` of the same shape, uint32; and for each of h measured hits, in that
         order, ``points`` (h, 3) float64 in the world and ``ray_ids`` (h,) int64 into the flattened ranges.
     """
+    scene_of(scene)
+    if not 0 <= min_range <= max_range:
+        raise ValueError(f"ranges must be 0 <= min_range <= max_range, not {min_range} and {max_range}")
+    if not 0 <= range_noise < np.inf:
+        raise ValueError(f"range_noise is a standard deviation, 0 or more, not {range_noise}")
+    if not 0 <= reflectivity <= 1:
+        raise ValueError(f"reflectivity must be from 0 to 1, not {reflectivity}")
     matrices = np.asarray(poses, np.float64)
     if matrices.ndim < 2 or matrices.shape[-2:] != (4, 4):
         raise ValueError(f"poses must have the shape (..., 4, 4), not {matrices.shape}")
@@ -103,7 +115,7 @@ def lidar_scan(
     hits = scene.cast_rays(np.concatenate([origins, directions], axis=-1), tnear=min_range, tfar=max_range, threads=threads)
     ranges = hits["t_hit"].astype(np.float64)
     if range_noise:
-        ranges = ranges + range_noise * np.random.default_rng(seed).normal(size=ranges.shape)
+        ranges = np.maximum(ranges + range_noise * np.random.default_rng(seed).normal(size=ranges.shape), 0)
     incidence = np.abs(np.einsum("...i,...i->...", hits["primitive_normals"], directions))
     seen = hits["hit"]
     shape = (*matrices.shape[:-2], *beams.shape[:-1])

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..scene import Scene
-from .sampling import GOLDEN, count_of, hemisphere
+from .arguments import count_of, scene_of, together
+from .sampling import GOLDEN, hemisphere
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -50,11 +51,10 @@ def ambient_occlusion(
     Returns
     -------
     array (...) of float32
-        NaN where a point or its normal is not finite, or the normal is zero.
+        NaN where a point or its normal is not finite, or the normal is zero, as at a vertex that no triangle uses.
     """
-    places, up = np.broadcast_arrays(np.asarray(points, np.float64), np.asarray(normals, np.float64))
-    if places.ndim == 0 or places.shape[-1] != 3:
-        raise ValueError(f"points and normals must have the shape (..., 3), not {places.shape}")
+    scene_of(scene)
+    places, up = together("points", points, "normals", normals)
     low, high = scene.bounds
     lift = 1e-4 * float(np.linalg.norm(high - low)) if offset is None else offset
     ways = hemisphere(count_of(rays, "rays"), seed)

@@ -32,13 +32,3 @@ def hemisphere(count: int, seed: int, *, cosine: bool = True) -> NDArray[np.floa
     z = np.maximum(np.sqrt(1 - first) if cosine else 1 - first, 1e-6)
     radius, angle = np.sqrt(1 - z * z), 2 * np.pi * second
     return np.stack([radius * np.cos(angle), radius * np.sin(angle), z], axis=1)
-
-
-def count_of(number: int, what: str) -> int:
-    """A number of rays or pixels: at least one."""
-    import operator
-
-    count = operator.index(number)
-    if count < 1:
-        raise ValueError(f"{what} must be 1 or more, not {number}")
-    return count

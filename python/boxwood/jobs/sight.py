@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..scene import Scene
+from .arguments import scene_of, together
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -34,9 +35,8 @@ def line_of_sight(
     """
     if not 0 <= margin < 0.5:
         raise ValueError(f"margin must be from 0 to below 0.5, not {margin}")
-    first, second = np.broadcast_arrays(np.asarray(a, np.float64), np.asarray(b, np.float64))
-    if first.ndim == 0 or first.shape[-1] != 3:
-        raise ValueError(f"places must have the shape (..., 3), not {first.shape}")
+    scene_of(scene)
+    first, second = together("a", a, "b", b)
     known = np.isfinite(first).all(axis=-1) & np.isfinite(second).all(axis=-1)
     with np.errstate(invalid="ignore"):
         rays = np.concatenate([first, second - first], axis=-1)

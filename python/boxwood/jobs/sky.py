@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from .sampling import count_of, hemisphere
+from .arguments import count_of
+from .sampling import hemisphere
 from .terrain import Terrain
 
 if TYPE_CHECKING:

@@ -58,8 +58,11 @@ def viewshed(
         The observer's own cell is seen.
     """
     terrain = elevation if isinstance(elevation, Terrain) else Terrain(elevation, cell_size)
-    row, column = (operator.index(number) for number in observer)
     rows, columns = terrain.shape
+    try:
+        row, column = (operator.index(number) for number in observer)
+    except (TypeError, ValueError):
+        raise TypeError(f"the observer is the row and the column of a cell, two whole numbers, not {observer!r}") from None
     if not (0 <= row < rows and 0 <= column < columns):
         raise ValueError(f"the observer ({row}, {column}) is not within {rows} x {columns} cells")
     if not earth_radius > 0:
