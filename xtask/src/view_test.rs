@@ -114,18 +114,15 @@ fn by_keys_and_pointer(binary: &Path, folder: &Path, screen: &Screen) -> Result<
 
 /// What the viewer printed and wrote.
 fn check(folder: &Path, printed: &str) -> Result<()> {
-    let cameras: Vec<&str> = printed
+    let mut cameras: Vec<&str> = printed
         .lines()
         .filter(|line| line.starts_with("--vp "))
         .collect();
+    // On a busy machine a key may come twice.
+    cameras.dedup();
     ensure!(
         cameras.len() == 2,
-        "two cameras were to be printed, not: {printed}"
-    );
-    ensure!(
-        cameras[0] != cameras[1],
-        "dragging has not moved the camera: {}",
-        cameras[0]
+        "two cameras were to be printed, before and after dragging, not: {printed}"
     );
     let state = fs::read_to_string(folder.join("state.json")).context("state.json")?;
     for part in ["\"normal\"", "\"wide\"", "mesh.obj"] {
@@ -213,6 +210,8 @@ impl Screen {
                 "1280x1024x24",
                 "-nolisten",
                 "tcp",
+                // Keys that a busy machine lets go late are not repeated.
+                "-r",
             ])
             .stdout(Stdio::piped())
             .stderr(Stdio::null())
