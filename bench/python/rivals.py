@@ -19,6 +19,8 @@ from boxwood.trimesh import RayMeshIntersector
 
 #: An answer, by the names of Open3D.
 Answer = dict[str, np.ndarray]
+#: Origins and directions.
+Lines = tuple[np.ndarray, np.ndarray]
 
 
 def random_rays(bounds: np.ndarray, count: int, seed: int = 1) -> np.ndarray:
@@ -37,8 +39,10 @@ class Boxwood:
     def __init__(self, vertices: np.ndarray, triangles: np.ndarray) -> None:
         import trimesh
 
-        self.ray = RayMeshIntersector(trimesh.Trimesh(vertices, triangles, process=False), threads=1)
-        self.ray.intersects_first(np.zeros((1, 3)), np.ones((1, 3)))
+        mesh = trimesh.Trimesh(vertices, triangles, process=False)
+        self.rays = {threads: RayMeshIntersector(mesh, threads=threads) for threads in (0, 1)}
+        for ray in self.rays.values():
+            ray.intersects_first(np.zeros((1, 3)), np.ones((1, 3)))
         self.scene = boxwood.Scene()
         self.scene.add_triangles(vertices, triangles)
         self.scene.stats
@@ -46,11 +50,11 @@ class Boxwood:
     def closest_hit(self, rays: np.ndarray, threads: int) -> Answer:
         return self.scene.cast_rays(rays, threads)
 
-    def first_triangle(self, rays: np.ndarray, threads: int) -> Answer:
-        return first_triangle(self.ray, rays)
+    def first_triangle(self, lines: Lines, threads: int) -> Answer:
+        return first_triangle(self.rays[threads], lines)
 
-    def first_place(self, rays: np.ndarray, threads: int) -> Answer:
-        return first_place(self.ray, rays)
+    def first_place(self, lines: Lines, threads: int) -> Answer:
+        return first_place(self.rays[threads], lines)
 
     def all_hits(self, rays: np.ndarray, threads: int) -> Answer:
         return self.scene.list_intersections(rays, threads)
@@ -62,18 +66,26 @@ class Boxwood:
         return {"distance": self.scene.compute_signed_distance(points, threads)}
 
 
-def first_triangle(intersector: Any, rays: np.ndarray) -> Answer:
+def first_triangle(intersector: Any, lines: Lines) -> Answer:
     """By trimesh's names, from either: numbers alone."""
-    first = intersector.intersects_first(rays[:, :3], rays[:, 3:])
-    return {"primitive_ids": first.astype(np.uint32)}
+    return {"first": intersector.intersects_first(*lines)}
 
 
-def first_place(intersector: Any, rays: np.ndarray) -> Answer:
+def first_place(intersector: Any, lines: Lines) -> Answer:
     """By trimesh's names, from either: numbers and places."""
-    triangles, which, _ = intersector.intersects_id(rays[:, :3], rays[:, 3:], return_locations=True, multiple_hits=False)
-    first = np.full(len(rays), 0xFFFFFFFF, np.uint32)
-    first[which] = triangles
-    return {"primitive_ids": first}
+    triangles, which, _ = intersector.intersects_id(*lines, return_locations=True, multiple_hits=False)
+    return {"triangles": triangles, "which": which}
+
+
+def numbers(answer: Answer, count: int) -> np.ndarray:
+    """The triangle of each ray."""
+    if "first" in answer:
+        return answer["first"].astype(np.uint32)
+    if "which" in answer:
+        first = np.full(count, 0xFFFFFFFF, np.uint32)
+        first[answer["which"]] = answer["triangles"]
+        return first
+    return answer["primitive_ids"]
 
 
 class Open3d:
@@ -118,11 +130,11 @@ class Trimesh:
         self.ray.intersects_first(np.zeros((1, 3)), np.ones((1, 3)))
         self.proximity = trimesh.proximity.ProximityQuery(self.mesh)
 
-    def first_triangle(self, rays: np.ndarray, threads: int) -> Answer:
-        return first_triangle(self.ray, rays)
+    def first_triangle(self, lines: Lines, threads: int) -> Answer:
+        return first_triangle(self.ray, lines)
 
-    def first_place(self, rays: np.ndarray, threads: int) -> Answer:
-        return first_place(self.ray, rays)
+    def first_place(self, lines: Lines, threads: int) -> Answer:
+        return first_place(self.ray, lines)
 
     def all_hits(self, rays: np.ndarray, threads: int) -> Answer:
         triangles, which = self.ray.intersects_id(rays[:, :3], rays[:, 3:], multiple_hits=True)
@@ -136,19 +148,20 @@ class Trimesh:
         return {"distance": -self.proximity.signed_distance(points)}
 
 
-QUESTIONS = {"closest_hit": "rays", "first_triangle": "rays", "first_place": "rays", "all_hits": "rays", "closest_point": "points", "signed_distance": "points"}
+QUESTIONS = {"closest_hit": "rays", "first_triangle": "lines", "first_place": "lines", "all_hits": "rays", "closest_point": "points", "signed_distance": "points"}
 
 
-def race(arms: list[Any], question: str, data: np.ndarray, threads: int, rounds: int) -> tuple[dict[str, list[float]], dict[str, Answer]]:
+def race(arms: list[Any], question: str, data: Any, count: int, threads: int, rounds: int) -> tuple[dict[str, list[float]], dict[str, Answer]]:
     """Nanoseconds for each ray or point, round by round, and the answers."""
     times: dict[str, list[float]] = {arm.name: [] for arm in arms}
     answers: dict[str, Answer] = {}
     for turn in range(rounds):
         for arm in arms if turn % 2 == 0 else arms[::-1]:
-            some = data[:: getattr(arm, "fewer", {}).get(question, 1)]
+            fewer = getattr(arm, "fewer", {}).get(question, 1)
+            some = data if fewer == 1 else data[::fewer]
             begun = time.perf_counter()
             answers[arm.name] = getattr(arm, question)(some, threads)
-            times[arm.name].append((time.perf_counter() - begun) / len(some) * 1e9)
+            times[arm.name].append((time.perf_counter() - begun) / -(-count // fewer) * 1e9)
     return times, answers
 
 
@@ -168,7 +181,7 @@ def edge_share(rays: np.ndarray, corners: np.ndarray) -> np.ndarray:
 def differences(rays: np.ndarray, corners: np.ndarray, ours: Answer, theirs: Answer) -> str:
     """Where the closest hits are not the same, and why."""
     nothing = np.uint32(0xFFFFFFFF)
-    mine, other = ours["primitive_ids"], theirs["primitive_ids"]
+    mine, other = numbers(ours, len(rays)), numbers(theirs, len(rays))
     only_mine, only_other = (mine != nothing) & (other == nothing), (mine == nothing) & (other != nothing)
     both = (mine != nothing) & (other != nothing) & (mine != other)
 
@@ -225,13 +238,17 @@ def main() -> None:
         arms = [kind(vertices, triangles) for kind in kinds]
         name = os.path.splitext(os.path.basename(file))[0]
         rays = random_rays(scene.bounds, options.rays)
+        lines = np.ascontiguousarray(rays[:, :3]), np.ascontiguousarray(rays[:, 3:])
+        asked: dict[str, Any] = {"rays": rays, "lines": lines, "points": np.ascontiguousarray(lines[0][: options.points])}
         for question in options.questions:
-            data = rays if QUESTIONS[question] == "rays" else np.ascontiguousarray(rays[: options.points, :3])
+            data = asked[QUESTIONS[question]]
+            count = len(data[0] if isinstance(data, tuple) else data)
             for threads in options.threads:
-                here = [arm for arm in arms if hasattr(arm, question) and (threads == 1 or arm.name != "trimesh + embreex")]
-                if len(here) == 1:
-                    continue
-                times, answers = race(here, question, data, threads, options.rounds)
+                here = [arm for arm in arms if hasattr(arm, question)]
+                # Where there is one that knows more threads, those who do not are told once.
+                if threads != 1 and len(here) == len(arms):
+                    here = [arm for arm in here if arm.name != Trimesh.name]
+                times, answers = race(here, question, data, count, threads, options.rounds)
                 speed = {arm: 1e3 / min(times[arm]) for arm in times}
                 # Of each round: what disturbs the machine disturbs all.
                 ratio = {arm: np.median(np.divide(times[arm], times["Boxwood"])) for arm in times}
@@ -239,7 +256,7 @@ def main() -> None:
                 row += [f"{ratio[arm.name]:.2f}" if arm.name in ratio else "" for arm in arms[1:]]
                 print(f"| {name} | {question.replace('_', ' ')} | {threads or 'all'} | {' | '.join(row)} |", flush=True)
                 if threads == options.threads[0]:
-                    notes += explained(name, question, data, vertices[triangles], answers)
+                    notes += explained(name, question, rays if QUESTIONS[question] == "lines" else data, vertices[triangles], answers)
     print("\n" + "\n".join(notes))
 
 

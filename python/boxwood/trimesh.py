@@ -6,10 +6,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from .arrays import leading
 from .scene import Scene
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
+
+    from ._native import Lines
 
 __all__ = ["RayMeshIntersector"]
 
@@ -69,18 +72,16 @@ class RayMeshIntersector:
         """Triangle and ray of each hit, ordered by ray and distance: ``index_tri`` (h,), ``index_ray`` (h,), int64, and with
         ``return_locations`` the places (h, 3), float64. With ``max_hits`` the first so many of each ray.
         """
+        if not multiple_hits:
+            first_tri, first_ray, places = self._scene._first_places(_lines(ray_origins, ray_directions))
+            return (first_tri, first_ray, places) if return_locations else (first_tri, first_ray)
         rays = _rays(ray_origins, ray_directions)
-        if multiple_hits:
-            found = self._scene.list_intersections(rays)
-            ray, tri, t = found["ray_ids"], found["primitive_ids"], found["t_hit"]
-            if max_hits is not None:
-                rank = np.arange(len(ray)) - found["ray_splits"][ray]
-                keep = rank < max_hits
-                ray, tri, t = ray[keep], tri[keep], t[keep]
-        else:
-            found = self._scene.cast_rays(rays)
-            ray = np.flatnonzero(found["hit"])
-            tri, t = found["primitive_ids"][ray], found["t_hit"][ray]
+        found = self._scene.list_intersections(rays)
+        ray, tri, t = found["ray_ids"], found["primitive_ids"], found["t_hit"]
+        if max_hits is not None:
+            rank = np.arange(len(ray)) - found["ray_splits"][ray]
+            keep = rank < max_hits
+            ray, tri, t = ray[keep], tri[keep], t[keep]
         index_tri = tri.astype(np.int64)
         if return_locations:
             hit = rays[ray].astype(np.float64)
@@ -99,7 +100,7 @@ class RayMeshIntersector:
 
     def intersects_first(self, ray_origins: ArrayLike, ray_directions: ArrayLike, **_: Any) -> NDArray[np.int64]:
         """The first triangle of each ray (n,), int64, -1 where there is none."""
-        return self._scene._first(_rays(ray_origins, ray_directions))
+        return self._scene._first(_lines(ray_origins, ray_directions))
 
     def intersects_any(self, ray_origins: ArrayLike, ray_directions: ArrayLike, **_: Any) -> NDArray[np.bool_]:
         """True for each ray (n,) that meets anything."""
@@ -112,8 +113,11 @@ class RayMeshIntersector:
 
 
 def _rays(ray_origins: ArrayLike, ray_directions: ArrayLike) -> NDArray[Any]:
-    """(n, 6) in the precision that was given; one origin or one direction may serve for all."""
+    """(n, 6) in the precision that was given."""
+    return np.concatenate([each.reshape(-1, 3) for each in _lines(ray_origins, ray_directions)], axis=1)
+
+
+def _lines(ray_origins: ArrayLike, ray_directions: ArrayLike) -> Lines:
+    """Twice (..., 3) as the native part wants them; one origin or one direction may serve for all."""
     origins, directions = np.broadcast_arrays(np.asarray(ray_origins), np.asarray(ray_directions))
-    if origins.ndim == 0 or origins.shape[-1] != 3:
-        raise ValueError(f"origins and directions must have the shape (n, 3), not {origins.shape}")
-    return np.concatenate([origins.reshape(-1, 3), directions.reshape(-1, 3)], axis=1)
+    return leading(origins, 3, "origins")[0], leading(directions, 3, "directions")[0]

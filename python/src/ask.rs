@@ -90,14 +90,21 @@ pub(crate) fn closest_hits<'py>(
     ))
 }
 
-/// The hits that there are, each with the number of its ray in the piece; and whether each ray has one. Which ray hits cannot be
-/// guessed, so the numbers are gathered without a branch.
+/// The hits that there are, each with the number of its ray in the piece; and whether each ray has one.
 fn found(hits: &[Option<Hit>], is_hit: &mut [bool]) -> impl Iterator<Item = (usize, Hit)> {
-    let (mut numbers, mut count) = ([0; PIECE], 0);
-    for (number, (hit, is_hit)) in hits.iter().zip(is_hit).enumerate() {
+    for (is_hit, hit) in is_hit.iter_mut().zip(hits) {
         *is_hit = hit.is_some();
+    }
+    those_that_hit(hits)
+}
+
+/// The hits that there are, each with the number of its ray in the piece. Which ray hits cannot be guessed, so the numbers are
+/// gathered without a branch.
+pub(crate) fn those_that_hit(hits: &[Option<Hit>]) -> impl Iterator<Item = (usize, Hit)> {
+    let (mut numbers, mut count) = ([0; PIECE], 0);
+    for (number, hit) in hits.iter().enumerate() {
         numbers[count] = number;
-        count += usize::from(*is_hit);
+        count += usize::from(hit.is_some());
     }
     let numbers = numbers.into_iter().take(count);
     numbers.filter_map(|number| hits[number].map(|hit| (number, hit)))
@@ -170,22 +177,6 @@ where
     let answers = each_in(PIECE, py, &rays, threads, ask)?;
     keep(rays);
     Ok(answers)
-}
-
-/// The number in its mesh of the first primitive that each ray hits, -1 if none.
-pub(crate) fn first<'py>(
-    py: Python<'py>,
-    scene: &Scene,
-    rays: Vec<Ray>,
-    threads: usize,
-) -> PyResult<Array<'py, i64>> {
-    each(py, rays, threads, |rays, prims| {
-        let hits = &mut [None; PIECE][..rays.len()];
-        scene.closest_hits(rays, hits);
-        for (prim, hit) in prims.iter_mut().zip(hits) {
-            *prim = hit.map_or(-1, |hit| i64::from(hit.prim));
-        }
-    })
 }
 
 /// [`each`] for points.

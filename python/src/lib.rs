@@ -6,6 +6,7 @@
 mod arrays;
 mod ask;
 mod file;
+mod first;
 mod looks;
 mod picture;
 mod png;

@@ -26,6 +26,10 @@ pub(crate) enum Limit<'py> {
 #[derive(FromPyObject)]
 pub(crate) struct Asked<'py>(Table<'py>, Limit<'py>, Limit<'py>);
 
+/// Origins and directions in arrays of their own, as many of each.
+#[derive(FromPyObject)]
+pub(crate) struct Lines<'py>(Table<'py>, Table<'py>);
+
 /// What to subtract from coordinates before they become single precision.
 pub(crate) type Origin = [f64; 3];
 
@@ -75,6 +79,14 @@ impl Table<'_> {
         Ok(rows)
     }
 
+    /// The rows where they lie.
+    fn numbers(&self) -> PyResult<Numbers<'_>> {
+        Ok(match self {
+            Self::Single(array) => Numbers::Single(array.as_slice()?.as_chunks().0),
+            Self::Double(array) => Numbers::Double(array.as_slice()?.as_chunks().0),
+        })
+    }
+
     /// Points or vertices from rows.
     pub(crate) fn points(&self, what: &str, origin: Origin) -> PyResult<Vec<[f32; 3]>> {
         self.copied(what, origin, Vec::new(), |_, point| point)
@@ -87,13 +99,60 @@ impl Asked<'_> {
         let Self(table, near, far) = self;
         let rays = table.rows();
         let (near, far) = (near.read(rays, "tnear")?, far.read(rays, "tfar")?);
-        let spare = std::mem::take(&mut *SPARE.lock().unwrap_or_else(PoisonError::into_inner));
-        table.copied("rays", origin, spare, |i, [ox, oy, oz, dx, dy, dz]| Ray {
+        table.copied("rays", origin, spare(), |i, [ox, oy, oz, dx, dy, dz]| Ray {
             origin: [ox, oy, oz],
             t_min: near(i),
             dir: [dx, dy, dz],
             t_max: far(i),
         })
+    }
+}
+
+impl Lines<'_> {
+    /// As the core takes them, without limits.
+    pub(crate) fn at(&self, origin: Origin) -> PyResult<Vec<Ray>> {
+        let Self(origins, directions) = self;
+        let start = |_, place| Ray::new(place, [0.0; 3]);
+        let mut rays = origins.copied("origins", origin, spare(), start)?;
+        if directions.rows() != rays.len() {
+            let (origins, directions) = (rays.len(), directions.rows());
+            let error = format!("{origins} origins for {directions} directions");
+            return Err(PyValueError::new_err(error));
+        }
+        directions.copied("directions", [0.0; 3], Vec::new(), |i, dir| {
+            rays[i].dir = dir;
+        })?;
+        Ok(rays)
+    }
+
+    /// Where hits at a distance are, in the precision of the arrays. What another thread took away meanwhile is NaN.
+    pub(crate) fn places(
+        &self,
+        hits: impl Iterator<Item = (usize, f32)>,
+        places: &mut [[f64; 3]],
+    ) -> PyResult<()> {
+        let (origins, directions) = (self.0.numbers()?, self.1.numbers()?);
+        for (place, (ray, t)) in places.iter_mut().zip(hits) {
+            let (origin, dir) = (origins.get(ray), directions.get(ray));
+            *place = std::array::from_fn(|axis| origin[axis] + f64::from(t) * dir[axis]);
+        }
+        Ok(())
+    }
+}
+
+/// The rows of a table of three columns.
+enum Numbers<'a> {
+    Single(&'a [[f32; 3]]),
+    Double(&'a [[f64; 3]]),
+}
+
+impl Numbers<'_> {
+    fn get(&self, row: usize) -> [f64; 3] {
+        let found = match self {
+            Self::Single(rows) => rows.get(row).map(|row| row.map(f64::from)),
+            Self::Double(rows) => rows.get(row).copied(),
+        };
+        found.unwrap_or([f64::NAN; 3])
     }
 }
 
@@ -104,7 +163,11 @@ static SPARE: Mutex<Vec<Ray>> = Mutex::new(Vec::new());
 /// Most rays to keep memory for: 32 MiB.
 const MOST_SPARE: usize = 1 << 20;
 
-/// Keeps the memory of rays for [`Asked::at`].
+fn spare() -> Vec<Ray> {
+    std::mem::take(&mut *SPARE.lock().unwrap_or_else(PoisonError::into_inner))
+}
+
+/// Keeps the memory of rays for the next ones.
 pub(crate) fn keep(mut rays: Vec<Ray>) {
     if rays.capacity() <= MOST_SPARE {
         rays.clear();

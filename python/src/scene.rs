@@ -2,8 +2,9 @@
 
 use crate::arrays::{Array, column, rows, table};
 use crate::ask;
+use crate::first;
 use crate::pool::interruptible;
-use crate::rays::{Asked, Origin, Table as Rows};
+use crate::rays::{Asked, Lines, Origin, Table as Rows};
 use boxwood::build::PRESETS;
 use boxwood::{HitLists, Ray, Scene, SceneBuilder};
 use boxwood_host::FloatModes;
@@ -107,11 +108,22 @@ impl NativeScene {
     fn first<'py>(
         &self,
         py: Python<'py>,
-        rays: Asked<'py>,
+        lines: Lines<'py>,
         origin: Origin,
         threads: usize,
     ) -> PyResult<Array<'py, i64>> {
-        ask::first(py, &self.0, rays.at(origin)?, threads)
+        first::numbers(py, &self.0, &lines, origin, threads)
+    }
+
+    /// Triangle, ray and place of the first hit of each ray that has one.
+    fn first_places<'py>(
+        &self,
+        py: Python<'py>,
+        lines: Lines<'py>,
+        origin: Origin,
+        threads: usize,
+    ) -> PyResult<first::Firsts<'py>> {
+        first::places(py, &self.0, &lines, origin, threads)
     }
 
     /// All hits of each ray, nearest first.

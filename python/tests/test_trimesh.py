@@ -35,6 +35,34 @@ def test_places_rays_and_triangles_belong_together(ball):
     assert len(first) == 5 and (first[:, 2] < 0).all()
 
 
+@pytest.mark.parametrize("kind", ["float32", "float64", "int16", ">f8"])
+@pytest.mark.parametrize("shift", [0.0, 4_000_000.0])
+def test_first_places_are_those_of_casting(kind, shift):
+    """Of any type and layout, near and far from zero, in more than one piece."""
+    mesh = trimesh.creation.icosphere(subdivisions=3, radius=100.0)
+    mesh.apply_translation([shift, 0, 0])
+    ray = RayMeshIntersector(mesh, threads=2)
+    random = np.random.default_rng(5)
+    both = random.integers(-200, 200, (5000, 7)).astype(kind)
+    origins, directions = both[::2, :3], both[::2, 3:6]
+    if kind != "int16":
+        origins = origins + np.array([shift, 0, 0], kind)
+    hits = ray._scene.cast_rays(np.concatenate([origins, directions], axis=1))
+    tri, which, places = ray.intersects_id(origins, directions, multiple_hits=False, return_locations=True)
+    assert (tri.dtype, which.dtype, places.dtype) == (np.int64, np.int64, np.float64)
+    assert np.array_equal(which, np.flatnonzero(hits["hit"])) and np.array_equal(tri, hits["primitive_ids"][which])
+    exact = origins[which].astype(float) + hits["t_hit"][which, None].astype(float) * directions[which].astype(float)
+    assert np.array_equal(places, exact)
+    assert np.array_equal(ray.intersects_first(origins, directions)[which], tri)
+
+
+def test_no_rays_and_no_hits(ball):
+    nothing = np.zeros((0, 3))
+    assert [len(one) for one in ball.ray.intersects_id(nothing, nothing, multiple_hits=False, return_locations=True)] == [0, 0, 0]
+    tri, ray, places = ball.ray.intersects_id([[9, 9, 9]], [[1, 0, 0]], multiple_hits=False, return_locations=True)
+    assert len(tri) == len(ray) == 0 and places.shape == (0, 3)
+
+
 def test_a_scene_of_meshes_is_refused_with_a_remedy(ball):
     with pytest.raises(TypeError, match="to_mesh"):
         RayMeshIntersector(trimesh.Scene(ball))
