@@ -10,6 +10,7 @@ import os
 import platform
 import time
 import warnings
+from fractions import Fraction
 from typing import Any, Callable
 
 import numpy as np
@@ -195,18 +196,40 @@ def differences(rays: np.ndarray, corners: np.ndarray, ours: Answer, theirs: Ans
     )
 
 
+def is_hit(ray: np.ndarray, corners: np.ndarray) -> bool:
+    """By exact arithmetic: inside the triangle or on its edge, not behind the origin."""
+    origin, direction, a, b, c = ([Fraction(float(x)) for x in place] for place in (ray[:3], ray[3:], *corners))
+    p, q, r = ([x - o for x, o in zip(corner, origin)] for corner in (a, b, c))
+
+    def volume(x: list[Fraction], y: list[Fraction]) -> Fraction:
+        return sum(direction[k] * (x[k - 2] * y[k - 1] - x[k - 1] * y[k - 2]) for k in range(3))
+
+    weights = volume(q, r), volume(r, p), volume(p, q)
+    whole = sum(weights)
+    if whole == 0 or min(weights) < 0 < max(weights):
+        return False
+    depth = sum(p[k] * ((q[k - 2] - p[k - 2]) * (r[k - 1] - p[k - 1]) - (q[k - 1] - p[k - 1]) * (r[k - 2] - p[k - 2])) for k in range(3))
+    return depth / whole >= 0
+
+
 def more_or_fewer(rays: np.ndarray, corners: np.ndarray, ours: Answer, theirs: Answer) -> str:
     """Where the lists of all hits are not the same, and why."""
     pairs = [answer["ray_ids"].astype(np.int64) << 32 | answer["primitive_ids"].astype(np.int64) for answer in (ours, theirs)]
-    # Hits are in order within each ray: what is at the same distance stands side by side.
+    # Hits are in order within each ray: what is at the same distance stands side by side. trimesh goes on by 1e-6 of the size.
     ray, t = ours["ray_ids"], ours["t_hit"]
-    beside = (ray[1:] == ray[:-1]) & (np.abs(t[1:] - t[:-1]) <= 1e-5 * np.abs(t[1:]))
+    size = np.linalg.norm(np.ptp(corners.reshape(-1, 3), axis=0))
+    beside = (ray[1:] == ray[:-1]) & (np.abs(t[1:] - t[:-1]) <= np.maximum(1e-5 * np.abs(t[1:]), 1.1e-6 * size))
     crowded = pairs[0][np.append(beside, False) | np.append(False, beside)]
 
     def kinds(pairs: np.ndarray) -> str:
         on_edge = ~(np.abs(edge_share(rays[pairs >> 32], corners[pairs & 0xFFFFFFFF])) > 1e-4)
         at_another = np.isin(pairs, crowded) & ~on_edge
-        return f"{len(pairs):,} ({int(on_edge.sum()):,} within 1e-4 of an edge, {int(at_another.sum()):,} others within 1e-5 of another hit of the same ray)"
+        rest = pairs[~on_edge & ~at_another]
+        right = sum(is_hit(rays[pair >> 32], corners[pair & 0xFFFFFFFF]) for pair in rest)
+        return (
+            f"{len(pairs):,} ({int(on_edge.sum()):,} within 1e-4 of an edge, {int(at_another.sum()):,} others beside another hit of the same ray, "
+            f"{len(rest)} more, of which exact arithmetic confirms {right})"
+        )
 
     alone = np.setdiff1d(*pairs), np.setdiff1d(*pairs[::-1])
     return f"{len(pairs[0]):,} and {len(pairs[1]):,} in all; by Boxwood alone {kinds(alone[0])}, by the other alone {kinds(alone[1])}"
