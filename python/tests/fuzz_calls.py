@@ -16,11 +16,13 @@ import sys
 import threading
 import time
 import warnings
+from types import SimpleNamespace
 
 import numpy as np
 
 import boxwood
 from boxwood import jobs
+from boxwood.trimesh import RayMeshIntersector
 
 #: What a caller may have to deal with.
 EXPECTED = (ValueError, TypeError, OverflowError, MemoryError, OSError, IndexError)
@@ -173,6 +175,19 @@ def listed(random: Random, scene: boxwood.Scene):
     has_shape(found["primitive_uvs"], (hits, 2))
 
 
+def by_trimesh(random: Random, scene: boxwood.Scene):
+    """The drop-in, with this scene in the place of a mesh."""
+    ray = RayMeshIntersector(SimpleNamespace(vertices=(), faces=()))
+    ray._read = None, scene
+    origins, directions = random.array(3), random.array(3)
+    if random.chance(0.7):
+        directions = random.strange(random.numbers(np.shape(origins)))
+    first = ray.intersects_first(origins, directions)
+    tri, which, places = ray.intersects_id(origins, directions, return_locations=True, multiple_hits=False)
+    has_shape(places, (len(which), 3))
+    assert np.array_equal(np.flatnonzero(first >= 0), which) and np.array_equal(first.reshape(-1)[which], tri)
+
+
 def nearest(random: Random, scene: boxwood.Scene):
     points, options = random.array(3), {}
     if random.chance(0.2):
@@ -257,6 +272,7 @@ def told(random: Random, scene: boxwood.Scene):
 def mutated(random: Random, scene: boxwood.Scene):
     """Another thread writes into the array, and resizes it, while it is asked about."""
     rays = random.numbers((random.one([50, 3000]), 6)).astype(random.one(["f4", "f8"]))
+    origins, directions = rays[:, :3].copy(), rays[:, 3:].copy()
     stop = threading.Event()
 
     def disturb():
@@ -268,6 +284,10 @@ def mutated(random: Random, scene: boxwood.Scene):
             if k % 3 == 0:
                 with contextlib.suppress(*EXPECTED):
                     rays.resize((len(rays) % 4000 + 1, 6))
+                # Beneath whoever looks at it, too.
+                with contextlib.suppress(*EXPECTED):
+                    origins.resize((len(origins) % 4000 + 1, 3))
+                    directions.resize(origins.shape)
             time.sleep(0)
 
     thread = threading.Thread(target=disturb)
@@ -276,6 +296,9 @@ def mutated(random: Random, scene: boxwood.Scene):
         for _ in range(3):
             answer = scene.cast_rays(rays, random.threads())
             assert answer["t_hit"].shape == answer["hit"].shape
+            with contextlib.suppress(*EXPECTED):
+                _, which, places = scene._first_places((origins, directions))
+                has_shape(places, (len(which), 3))
     finally:
         stop.set()
         thread.join()
@@ -341,6 +364,7 @@ CALLS = [
     (plain("test_occlusions", 6), 10),
     (plain("count_intersections", 6), 8),
     (listed, 10),
+    (by_trimesh, 10),
     (nearest, 8),
     (plain("compute_distance", 3), 5),
     (plain("compute_signed_distance", 3), 5),
