@@ -34,7 +34,8 @@ class RayMeshIntersector:
     """
 
     def __init__(self, geometry: Any, scale_to_box: bool = True, **options: Any) -> None:
-        if not (hasattr(geometry, "vertices") and hasattr(geometry, "faces")):
+        # By its class, too: a primitive asks for its ray before it has faces.
+        if not (hasattr(type(geometry), "faces") or hasattr(geometry, "faces")):
             several = ": scene.to_mesh() makes one of it" if hasattr(geometry, "geometry") else ""
             raise TypeError(f"give a trimesh.Trimesh, not {type(geometry).__name__}{several}")
         self.mesh = geometry

@@ -63,6 +63,18 @@ def test_no_rays_and_no_hits(ball):
     assert len(tri) == len(ray) == 0 and places.shape == (0, 3)
 
 
+def test_it_serves_primitives():
+    """Also within a constructor, as trimesh makes its own: before there are faces."""
+
+    class Unfinished(trimesh.primitives.Box):
+        def __init__(self):
+            self.ray = RayMeshIntersector(self)
+            super().__init__(extents=[2, 2, 2])
+            self.ray = RayMeshIntersector(self)
+
+    assert Unfinished().ray.intersects_any([[0.1, 0.2, 5]], [[0, 0, -1]]).all()
+
+
 def test_a_scene_of_meshes_is_refused_with_a_remedy(ball):
     with pytest.raises(TypeError, match="to_mesh"):
         RayMeshIntersector(trimesh.Scene(ball))
