@@ -18,7 +18,7 @@ INVALID_ID = np.uint32(0xFFFFFFFF)
 
 def vertices_of(data: ArrayLike) -> NDArray[Any]:
     """(V, 3) positions as float32 or float64, copied."""
-    array = np.array(_filled(data), copy=True, order="C")
+    array = np.array(filled(data), copy=True, order="C")
     if array.dtype.kind not in "fiu":
         raise TypeError(f"vertices must be numbers, not {array.dtype}")
     if array.ndim != 2 or array.shape[1] != 3:
@@ -49,7 +49,7 @@ def leading(data: ArrayLike, columns: int, what: str) -> tuple[NDArray[Any], tup
     An array that is so already is passed on as it is, not as a view: the native part looks up its memory and copies it in one
     step, in which no other thread can resize it.
     """
-    array = np.asarray(_filled(data))
+    array = np.asarray(filled(data))
     if array.dtype.kind not in "fiu":
         raise TypeError(f"{what} must be numbers, not {array.dtype}")
     if array.ndim == 0 or array.shape[-1] != columns:
@@ -66,7 +66,7 @@ def rays_of(rays: ArrayLike, tnear: ArrayLike, tfar: ArrayLike) -> tuple[Rays, t
 
 def _limit(value: ArrayLike, shape: tuple[int, ...], what: str) -> float | NDArray[np.float32]:
     """One number, or as many as there are rays."""
-    array = np.asarray(_filled(value))
+    array = np.asarray(filled(value))
     if array.dtype.kind not in "fiu":
         raise TypeError(f"{what} must be a number or an array of numbers, not {array.dtype}")
     if array.ndim == 0:
@@ -145,7 +145,7 @@ def _check(array: Any, name: str, dtype: Any, shape: tuple[int, ...]) -> None:
         raise ValueError(f"{what} must be writable and C-contiguous")
 
 
-def _filled(data: Any) -> Any:
+def filled(data: Any) -> Any:
     """Masked numbers are not known: NaN, which nothing meets."""
     if isinstance(data, np.ma.MaskedArray) and data.dtype.kind in "fiu":
         wide = data if data.dtype == np.float32 else data.astype(np.float64)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .arrays import leading
+from .arrays import filled, leading
 from .scene import Scene
 
 if TYPE_CHECKING:
@@ -120,5 +120,5 @@ def _rays(ray_origins: ArrayLike, ray_directions: ArrayLike) -> NDArray[Any]:
 
 def _lines(ray_origins: ArrayLike, ray_directions: ArrayLike) -> Lines:
     """Twice (..., 3) as the native part wants them; one origin or one direction may serve for all."""
-    origins, directions = np.broadcast_arrays(np.asarray(ray_origins), np.asarray(ray_directions))
+    origins, directions = np.broadcast_arrays(np.asarray(filled(ray_origins)), np.asarray(filled(ray_directions)))
     return leading(origins, 3, "origins")[0], leading(directions, 3, "directions")[0]

@@ -56,6 +56,14 @@ def test_first_places_are_those_of_casting(kind, shift):
     assert np.array_equal(ray.intersects_first(origins, directions)[which], tri)
 
 
+def test_masked_rays_meet_nothing(ball):
+    origins = np.ma.masked_array([[0, 0.1, 3.0], [0, 0.1, 3.0]], mask=[[False] * 3, [True, False, False]])
+    directions = [[0, 0, -1.0]] * 2
+    assert ball.ray.intersects_any(origins, directions).tolist() == [True, False]
+    assert ball.ray.intersects_id(origins, directions, multiple_hits=False)[1].tolist() == [0]
+    assert set(ball.ray.intersects_id(origins, directions)[1].tolist()) == {0}
+
+
 def test_no_rays_and_no_hits(ball):
     nothing = np.zeros((0, 3))
     assert [len(one) for one in ball.ray.intersects_id(nothing, nothing, multiple_hits=False, return_locations=True)] == [0, 0, 0]
