@@ -160,6 +160,8 @@ def race(arms: list[Any], question: str, data: Any, count: int, threads: int, ro
         for arm in arms if turn % 2 == 0 else arms[::-1]:
             fewer = getattr(arm, "fewer", {}).get(question, 1)
             some = data if fewer == 1 else data[::fewer]
+            # Threads of the one before wait for more work for a while, and keep a core busy with that.
+            time.sleep(0.1)
             begun = time.perf_counter()
             answers[arm.name] = getattr(arm, question)(some, threads)
             times[arm.name].append((time.perf_counter() - begun) / -(-count // fewer) * 1e9)

@@ -15,8 +15,23 @@ pub(crate) const NOTHING: u32 = u32::MAX;
 
 /// Rays that one task answers, as in the core.
 pub(crate) const PIECE: usize = 1024;
-/// Points that one task answers: the core sorts them along a curve, and the more, the closer are neighbours.
-const POINTS: usize = 1 << 16;
+/// Most pieces that a thread takes at a time, by their size: else a quarter of all rays is one task, and who is done first waits
+/// for the other.
+pub(crate) fn at_a_time(piece: usize) -> usize {
+    (16 * PIECE / piece).max(1)
+}
+
+/// Most and least points that one task answers: the core sorts them along a curve, and the more, the closer are neighbours.
+const POINTS: [usize; 2] = [1 << 12, 1 << 16];
+
+/// Points that one task answers of so many: some tasks for each thread, so that all are done at about the same time.
+fn points_at_a_time(points: usize) -> usize {
+    let [least, most] = POINTS;
+    match rayon::current_num_threads() {
+        1 => most,
+        threads => points.div_ceil(4 * threads).clamp(least, most),
+    }
+}
 
 /// The answers to closest hits: t, geometry, primitive, weights, normal, whether there is one.
 pub(crate) type Cast<'py> = (
@@ -63,6 +78,7 @@ pub(crate) fn closest_hits<'py>(
             hit.par_chunks_mut(PIECE),
         )
             .into_par_iter()
+            .with_max_len(at_a_time(PIECE))
             .for_each(|(rays, t, geoms, prims, uvs, normals, hit)| {
                 if cancel.load(Ordering::Relaxed) {
                     return;
@@ -125,16 +141,18 @@ pub(crate) fn closest_points<'py>(
     let (geom, prim) = (geoms.numbers()?, prims.numbers()?);
     let (uv, normal) = (uvs.rows()?, normals.rows()?);
     interruptible(py, threads, |cancel| {
+        let piece = points_at_a_time(n);
         (
-            points.par_chunks(POINTS),
-            at.par_chunks_mut(POINTS),
-            distance.par_chunks_mut(POINTS),
-            geom.par_chunks_mut(POINTS),
-            prim.par_chunks_mut(POINTS),
-            uv.par_chunks_mut(POINTS),
-            normal.par_chunks_mut(POINTS),
+            points.par_chunks(piece),
+            at.par_chunks_mut(piece),
+            distance.par_chunks_mut(piece),
+            geom.par_chunks_mut(piece),
+            prim.par_chunks_mut(piece),
+            uv.par_chunks_mut(piece),
+            normal.par_chunks_mut(piece),
         )
             .into_par_iter()
+            .with_max_len(at_a_time(piece))
             .for_each(|(points, at, distances, geoms, prims, uvs, normals)| {
                 if cancel.load(Ordering::Relaxed) {
                     return;
@@ -174,7 +192,7 @@ pub(crate) fn each<'py, T>(
 where
     T: Element + Send,
 {
-    let answers = each_in(PIECE, py, &rays, threads, ask)?;
+    let answers = each_in(|_| PIECE, py, &rays, threads, ask)?;
     keep(rays);
     Ok(answers)
 }
@@ -189,11 +207,11 @@ pub(crate) fn each_point<'py, T>(
 where
     T: Element + Send,
 {
-    each_in(POINTS, py, &points, threads, ask)
+    each_in(points_at_a_time, py, &points, threads, ask)
 }
 
 fn each_in<'py, Q, T>(
-    piece: usize,
+    piece: impl Fn(usize) -> usize + Sync,
     py: Python<'py>,
     questions: &[Q],
     threads: usize,
@@ -206,8 +224,10 @@ where
     let mut answers = Answers::column(py, questions.len())?;
     let numbers = answers.numbers()?;
     let in_pieces = |cancel: &AtomicBool| {
+        let piece = piece(questions.len());
         let pieces = (questions.par_chunks(piece), numbers.par_chunks_mut(piece));
-        pieces.into_par_iter().for_each(|(questions, answers)| {
+        let pieces = pieces.into_par_iter().with_max_len(at_a_time(piece));
+        pieces.for_each(|(questions, answers)| {
             if !cancel.load(Ordering::Relaxed) {
                 ask(questions, answers);
             }

@@ -1,7 +1,7 @@
 //! First hits in the shapes of trimesh: numbers of triangles for all rays, or rays and places of those that hit.
 
 use crate::arrays::{Answers, Array, room};
-use crate::ask::{PIECE, each, those_that_hit};
+use crate::ask::{PIECE, at_a_time, each, those_that_hit};
 use crate::pool::interruptible;
 use crate::rays::{Lines, Origin, keep};
 use boxwood::Scene;
@@ -57,7 +57,10 @@ pub(crate) fn places<'py>(
             firsts.par_chunks_mut(PIECE),
             &mut counts,
         );
-        let numbered = parts.into_par_iter().enumerate();
+        let numbered = parts
+            .into_par_iter()
+            .enumerate()
+            .with_max_len(at_a_time(PIECE));
         numbered.for_each(|(piece, (rays, firsts, count))| {
             if cancel.load(Ordering::Relaxed) {
                 return;
