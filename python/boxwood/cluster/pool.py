@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import itertools
 import queue
+import threading
 import time
 import uuid
 from typing import TYPE_CHECKING, Any, Callable, Iterable, Iterator, Protocol
@@ -164,17 +165,29 @@ def await_scheduler(address: str, patience: float, tell: Callable[[str], object]
             raise OSError("what answers there is no Dask scheduler") from None
         await comm.close()
 
-    async def knock_again() -> None:
-        at_once = min(1.0, patience)
-        try:
-            await knock(at_once)
-        except OSError:
-            if patience <= at_once:
-                raise
-            tell(f"waiting for a scheduler at {address}, {patience:g} s at most")
-            await knock(patience - at_once)
+    def attempt(seconds: float) -> None:
+        outcome: queue.SimpleQueue[Exception | None] = queue.SimpleQueue()
 
-    asyncio.run(knock_again())
+        def work() -> None:
+            try:
+                asyncio.run(knock(seconds))
+                outcome.put(None)
+            except Exception as error:  # Of the other thread.
+                outcome.put(error)
+
+        # In a thread of its own: an interrupt within a coroutine would leave the loop in pieces.
+        threading.Thread(target=work, daemon=True).start()
+        if error := outcome.get():
+            raise error
+
+    at_once = min(1.0, patience)
+    try:
+        attempt(at_once)
+    except OSError:
+        if patience <= at_once:
+            raise
+        tell(f"waiting for a scheduler at {address}, {patience:g} s at most")
+        attempt(patience - at_once)
 
 
 def was_killed(outcome: Any) -> bool:
