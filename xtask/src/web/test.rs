@@ -9,7 +9,7 @@ pub(crate) fn run(args: &[String]) -> Result<()> {
     let toolchain = Toolchain::find()?;
     ensure!(
         exists("node", &["--version"]) && exists(CHROMIUM, &["--version"]) && has_modules(),
-        "the page's tests need Node 20, Chromium and two packages: \
+        "the page's tests need Node 18, Chromium and two packages: \
          `apt-get install nodejs npm chromium`, then `npm install --no-package-lock --prefix web/tests`"
     );
     build(&toolchain)?;
