@@ -507,15 +507,10 @@ class Scene:
         lengths = self._built()[0].mesh_lengths() if self._is_opened else [len(triangles) for _, triangles in self._meshes]
         return f"<boxwood.Scene: {len(lengths)} meshes, {sum(lengths):,} triangles>"
 
-    def _first(self, lines: Lines) -> NDArray[np.int64]:
-        """The number of the first triangle of each ray in its mesh, -1 where there is none."""
+    def _of_lines(self, ask: Callable[..., Any], lines: Lines) -> Any:
+        """A question of the native part about origins and directions apart."""
         native, origin = self._built()
-        return native.first(lines, origin, self._threads)
-
-    def _first_places(self, lines: Lines) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float64]]:
-        """Triangle, ray and place of the first hit of each ray that has one."""
-        native, origin = self._built()
-        return native.first_places(lines, origin, self._threads)
+        return ask(native, lines, origin, self._threads)
 
     def _each_ray(
         self,

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ._native import NativeScene
 from .arrays import filled, leading
 from .scene import Scene
 
@@ -74,8 +75,8 @@ class RayMeshIntersector:
         ``return_locations`` the places (h, 3), float64. With ``max_hits`` the first so many of each ray.
         """
         if not multiple_hits:
-            first_tri, first_ray, places = self._scene._first_places(_lines(ray_origins, ray_directions))
-            return (first_tri, first_ray, places) if return_locations else (first_tri, first_ray)
+            firsts = self._scene._of_lines(NativeScene.first_places, _lines(ray_origins, ray_directions))
+            return firsts if return_locations else firsts[:2]
         rays = _rays(ray_origins, ray_directions)
         found = self._scene.list_intersections(rays)
         ray, tri, t = found["ray_ids"], found["primitive_ids"], found["t_hit"]
@@ -101,7 +102,8 @@ class RayMeshIntersector:
 
     def intersects_first(self, ray_origins: ArrayLike, ray_directions: ArrayLike, **_: Any) -> NDArray[np.int64]:
         """The first triangle of each ray (n,), int64, -1 where there is none."""
-        return self._scene._first(_lines(ray_origins, ray_directions))
+        first: NDArray[np.int64] = self._scene._of_lines(NativeScene.first, _lines(ray_origins, ray_directions))
+        return first
 
     def intersects_any(self, ray_origins: ArrayLike, ray_directions: ArrayLike, **_: Any) -> NDArray[np.bool_]:
         """True for each ray (n,) that meets anything."""

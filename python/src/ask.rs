@@ -17,7 +17,7 @@ pub(crate) const NOTHING: u32 = u32::MAX;
 pub(crate) const PIECE: usize = 1024;
 /// Most pieces that a thread takes at a time, by their size: else a quarter of all rays is one task, and who is done first waits
 /// for the other.
-pub(crate) fn at_a_time(piece: usize) -> usize {
+pub(crate) fn pieces_at_a_time(piece: usize) -> usize {
     (16 * PIECE / piece).max(1)
 }
 
@@ -78,7 +78,7 @@ pub(crate) fn closest_hits<'py>(
             hit.par_chunks_mut(PIECE),
         )
             .into_par_iter()
-            .with_max_len(at_a_time(PIECE))
+            .with_max_len(pieces_at_a_time(PIECE))
             .for_each(|(rays, t, geoms, prims, uvs, normals, hit)| {
                 if cancel.load(Ordering::Relaxed) {
                     return;
@@ -152,7 +152,7 @@ pub(crate) fn closest_points<'py>(
             normal.par_chunks_mut(piece),
         )
             .into_par_iter()
-            .with_max_len(at_a_time(piece))
+            .with_max_len(pieces_at_a_time(piece))
             .for_each(|(points, at, distances, geoms, prims, uvs, normals)| {
                 if cancel.load(Ordering::Relaxed) {
                     return;
@@ -226,7 +226,7 @@ where
     let in_pieces = |cancel: &AtomicBool| {
         let piece = piece(questions.len());
         let pieces = (questions.par_chunks(piece), numbers.par_chunks_mut(piece));
-        let pieces = pieces.into_par_iter().with_max_len(at_a_time(piece));
+        let pieces = pieces.into_par_iter().with_max_len(pieces_at_a_time(piece));
         pieces.for_each(|(questions, answers)| {
             if !cancel.load(Ordering::Relaxed) {
                 ask(questions, answers);

@@ -1,7 +1,7 @@
 //! First hits in the shapes of trimesh: numbers of triangles for all rays, or rays and places of those that hit.
 
 use crate::arrays::{Answers, Array, room};
-use crate::ask::{PIECE, at_a_time, each, those_that_hit};
+use crate::ask::{PIECE, each, pieces_at_a_time, those_that_hit};
 use crate::pool::interruptible;
 use crate::rays::{Lines, Origin, keep};
 use boxwood::Scene;
@@ -60,7 +60,7 @@ pub(crate) fn places<'py>(
         let numbered = parts
             .into_par_iter()
             .enumerate()
-            .with_max_len(at_a_time(PIECE));
+            .with_max_len(pieces_at_a_time(PIECE));
         numbered.for_each(|(piece, (rays, firsts, count))| {
             if cancel.load(Ordering::Relaxed) {
                 return;

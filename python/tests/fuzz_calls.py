@@ -175,10 +175,16 @@ def listed(random: Random, scene: boxwood.Scene):
     has_shape(found["primitive_uvs"], (hits, 2))
 
 
-def by_trimesh(random: Random, scene: boxwood.Scene):
-    """The drop-in, with this scene in the place of a mesh."""
+def drop_in(scene: boxwood.Scene) -> RayMeshIntersector:
+    """With this scene in the place of a mesh."""
     ray = RayMeshIntersector(SimpleNamespace(vertices=(), faces=()))
     ray._read = None, scene
+    return ray
+
+
+def by_trimesh(random: Random, scene: boxwood.Scene):
+    """The drop-in for trimesh."""
+    ray = drop_in(scene)
     origins, directions = random.array(3), random.array(3)
     if random.chance(0.7):
         directions = random.strange(random.numbers(np.shape(origins)))
@@ -297,7 +303,7 @@ def mutated(random: Random, scene: boxwood.Scene):
             answer = scene.cast_rays(rays, random.threads())
             assert answer["t_hit"].shape == answer["hit"].shape
             with contextlib.suppress(*EXPECTED):
-                _, which, places = scene._first_places((origins, directions))
+                _, which, places = drop_in(scene).intersects_id(origins, directions, return_locations=True, multiple_hits=False)
                 has_shape(places, (len(which), 3))
     finally:
         stop.set()
