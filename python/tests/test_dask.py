@@ -333,6 +333,7 @@ def test_lazy_answers_survive_a_killed_worker(cluster, ref, rays, answer):
 def test_a_killed_scheduler_ends_the_run_and_another_goes_on(ref, file, answer, tmp_path):
     job = tmp_path / "job"
     with Loopback(2) as cluster:
+        cluster.client().close()  # Once workers are there, the command has none to wait for and says nothing of it.
         process = run("rays", ref.path, file, "--out", job, "--block", BLOCK, "--scheduler", cluster.address)
         until(lambda: len(list(job.glob("blocks/0*"))) > 5)
         kill(cluster.scheduler)
